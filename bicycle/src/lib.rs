@@ -1,0 +1,1 @@
+//! The nonlinear bicycle with a rear load: parameters, equations, stepper.

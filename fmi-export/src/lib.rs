@@ -1,0 +1,1 @@
+//! Any Rust model behind FMI 2.0 co-simulation.

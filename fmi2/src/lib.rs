@@ -1,0 +1,1 @@
+//! The C types of FMI 2.0.

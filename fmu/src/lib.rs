@@ -1,0 +1,1 @@
+//! The rear-load bicycle as an FMU.

@@ -1,0 +1,1 @@
+//! Rides in; parameters with their uncertainty and a report out.

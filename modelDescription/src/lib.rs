@@ -1,0 +1,1 @@
+//! modelDescription.xml of FMI 2.0 as types.
