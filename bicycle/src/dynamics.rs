@@ -1,0 +1,278 @@
+//! The equations of motion (7)–(9), one function each, and what they are assembled into.
+//!
+//! A formulation branches inside the terms it changes. `EQUATIONS.md` holds every deviation from
+//! the printed equations against its reason and its test.
+
+use crate::mass::{self, Lumps};
+use crate::parameters::Parameters;
+use crate::real::{Real, sign};
+use crate::rider;
+use crate::state::{Input, Output, Path, State};
+use crate::tyre;
+
+/// Which reading of the paper's equations is meant.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Formulation {
+    /// Literally as printed.
+    Printed,
+    /// The two repairs without which nothing moves as described: I_zz once in (7), no I_xx in (9).
+    Minimal,
+    /// All repairs: passes the dimension law and the mirror law.
+    #[default]
+    Repaired,
+}
+
+impl Formulation {
+    /// Every formulation, in the order of the FMU's enumeration.
+    pub const ALL: [Self; 3] = [Self::Printed, Self::Minimal, Self::Repaired];
+
+    /// The name in files, on the command line and in the FMU.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Printed => "printed",
+            Self::Minimal => "minimal",
+            Self::Repaired => "repaired",
+        }
+    }
+
+    /// What it is, in a sentence.
+    pub fn what(self) -> &'static str {
+        match self {
+            Self::Printed => "the paper's equations literally as printed",
+            Self::Minimal => "I_zz once in (7) and no I_xx in (9), all else as printed",
+            Self::Repaired => "all repairs: dimensions and mirror symmetry hold",
+        }
+    }
+}
+
+impl std::str::FromStr for Formulation {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        Self::ALL
+            .into_iter()
+            .find(|f| f.name() == text)
+            .ok_or_else(|| {
+                let names = Self::ALL.map(Self::name).join(", ");
+                format!("expected a formulation ({names}), found '{text}'")
+            })
+    }
+}
+
+/// Parameters made ready for the equations: the load on board, constants of the geometry.
+#[derive(Debug, Clone, Copy)]
+pub struct Bicycle<T = f64> {
+    /// The parameters as given.
+    pub p: Parameters<T>,
+    /// How the equations are read.
+    pub formulation: Formulation,
+    /// Bicycle, rider and load as one.
+    pub lumps: Lumps<T>,
+    /// F_z = M g L_1/L, front normal load \[N\].
+    pub front_load: T,
+    /// sin λ.
+    pub sin_caster: T,
+    /// cos λ.
+    pub cos_caster: T,
+    /// f = r_f sin λ − L_3 cos λ, fork offset \[m\].
+    pub fork_offset: T,
+    /// The inertia on the left of (9) [kg m²].
+    pub steering_inertia: T,
+}
+
+impl<T: Real> Bicycle<T> {
+    /// Folds the load into the lumps and evaluates what does not move.
+    pub fn new(p: &Parameters<T>, formulation: Formulation) -> Self {
+        let lumps = mass::loaded(p);
+        let (sin_caster, cos_caster) = p.caster_angle.sin_cos();
+        let wheel = p.front_wheel_mass * p.trail * p.trail;
+        let steering_inertia = match formulation {
+            Formulation::Printed => p.steer_inertia + lumps.roll_inertia + wheel,
+            Formulation::Minimal | Formulation::Repaired => p.steer_inertia + wheel,
+        };
+        Self {
+            p: *p,
+            formulation,
+            lumps,
+            front_load: lumps.total_mass * p.gravity * lumps.cog_to_rear / p.wheelbase,
+            sin_caster,
+            cos_caster,
+            fork_offset: p.front_wheel_radius * sin_caster - p.trail * cos_caster,
+            steering_inertia,
+        }
+    }
+}
+
+/// The three terms that are not smooth or not nearly linear in riding. The equations take them
+/// from outside, so that an estimator can put a mean gain in their place.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Nonlinear<T> {
+    /// sign θ in (2).
+    pub steer_sign: T,
+    /// sign θ̇ in (9).
+    pub steer_rate_sign: T,
+    /// atan(ψ̇ L/V) \[rad\] in (4).
+    pub path_angle: T,
+}
+
+impl<T: Real> Nonlinear<T> {
+    /// Their values at a state.
+    pub fn at(b: &Bicycle<T>, x: &State<T>, speed: T) -> Self {
+        Self {
+            steer_sign: sign(x.steer, b.p.steer_smoothing),
+            steer_rate_sign: sign(x.steer_rate, b.p.steer_rate_smoothing),
+            path_angle: tyre::path_angle(b, speed, x.yaw_rate),
+        }
+    }
+}
+
+/// Yaw acceleration ψ̈ [rad/s²], (7).
+///
+/// printed `I_zz ψ̈ = (L F_z/I_zz) C_θ β − C_φ (φ + θ sin λ)`;
+/// repaired `I_zz ψ̈ = L F_z C_θ β − L F_z C_φ (φ − θ sin λ)`
+pub fn yaw_acceleration<T: Real>(b: &Bicycle<T>, x: &State<T>, n: &Nonlinear<T>) -> T {
+    let i_zz = b.lumps.yaw_inertia;
+    let beta = tyre::slip_angle(x.steer, n.path_angle);
+    let cornering = b.p.wheelbase * tyre::lateral_force(b, beta);
+    let cornering = match b.formulation {
+        Formulation::Printed => cornering / i_zz,
+        Formulation::Minimal | Formulation::Repaired => cornering,
+    };
+    let camber = match b.formulation {
+        Formulation::Printed | Formulation::Minimal => {
+            b.p.camber_stiffness * tyre::camber_angle(b, x)
+        }
+        Formulation::Repaired => b.p.wheelbase * tyre::camber_thrust(b, x),
+    };
+    (cornering - camber) / i_zz
+}
+
+/// Roll acceleration φ̈ [rad/s²], (8), with the roll moment of the inputs added.
+///
+/// `I_xx φ̈ = I_xz θ̇ V/(L cos²θ) + M g h sin φ + I_r ψ̇ V/r_r + M h V² tan(θ−β)/(L_1+L_2)`
+/// `         + I_f sec θ (V/r_f)(ψ̇ + θ̇) − M g (L_1 sin θ/(L_1+L_2)) L_3'`
+///
+/// L_1 + L_2 = L, and V tan(θ−β)/L = ψ̇ by (3).
+pub fn roll_acceleration<T: Real>(
+    b: &Bicycle<T>,
+    x: &State<T>,
+    u: &Input<T>,
+    n: &Nonlinear<T>,
+) -> T {
+    let (p, m, v) = (&b.p, &b.lumps, u.speed);
+    let (sin_steer, cos_steer) = x.steer.sin_cos();
+    let cross = m.cross_inertia * x.steer_rate * v / (p.wheelbase * cos_steer * cos_steer);
+    let gravity = m.total_mass * p.gravity * m.cog_height * x.roll.sin();
+    let rear_gyro = p.rear_wheel_inertia * x.yaw_rate * v / p.rear_wheel_radius;
+    let centrifugal = m.total_mass * m.cog_height * v * x.yaw_rate;
+    let front_gyro = p.front_wheel_inertia / cos_steer
+        * (v / p.front_wheel_radius)
+        * (x.yaw_rate + x.steer_rate);
+    let contact = b.front_load * sin_steer * tyre::effective_trail(b, x.roll, n.steer_sign);
+    (cross + gravity + rear_gyro + centrifugal + front_gyro - contact + u.roll_moment)
+        / m.roll_inertia
+}
+
+/// Steer acceleration θ̈ [rad/s²], (9), with the assist torque of the inputs added to τ_h.
+///
+/// printed `(I_h + I_xx + m_f L_3²) θ̈ = −m_f g f sin(φ − θ sin λ) − I_f cos λ V tan θ/(L_1+L_2) + τ_h`
+/// `  − (c θ̇ + d sign θ̇) − L_3' F_z sin(φ − θ sin λ) − C_θ β F_z (L_3 cos φ + r_f sin φ)`
+/// `  + C_φ (φ − θ sin λ) F_z cos φ`;
+/// repaired: no I_xx, wheel spin V/r_f in the gyroscopic term, arm L_3' of both tyre forces.
+pub fn steer_acceleration<T: Real>(
+    b: &Bicycle<T>,
+    x: &State<T>,
+    u: &Input<T>,
+    n: &Nonlinear<T>,
+) -> T {
+    let (p, v) = (&b.p, u.speed);
+    let gamma = x.roll - x.steer * b.sin_caster;
+    let sin_gamma = gamma.sin();
+    let (sin_steer, cos_steer) = x.steer.sin_cos();
+    let (sin_roll, cos_roll) = x.roll.sin_cos();
+    let trail = tyre::effective_trail(b, x.roll, n.steer_sign);
+    let beta = tyre::slip_angle(x.steer, n.path_angle);
+
+    let wheel_weight = p.front_wheel_mass * p.gravity * sin_gamma * b.fork_offset;
+    let turning = v * (sin_steer / cos_steer) / p.wheelbase;
+    let spin = match b.formulation {
+        Formulation::Printed | Formulation::Minimal => T::from(1.0),
+        Formulation::Repaired => v / p.front_wheel_radius,
+    };
+    let gyro = p.front_wheel_inertia * b.cos_caster * turning * spin;
+    let torque = rider::torque(p, x, v) + u.steer_torque + u.assist_torque;
+    let friction = p.viscous_friction * x.steer_rate + p.coulomb_friction * n.steer_rate_sign;
+    let weight = trail * b.front_load * sin_gamma;
+    let cornering_arm = match b.formulation {
+        Formulation::Printed | Formulation::Minimal => {
+            p.trail * cos_roll + p.front_wheel_radius * sin_roll
+        }
+        Formulation::Repaired => trail,
+    };
+    let cornering = tyre::lateral_force(b, beta) * cornering_arm;
+    let camber_arm = match b.formulation {
+        Formulation::Printed | Formulation::Minimal => cos_roll,
+        Formulation::Repaired => trail,
+    };
+    let camber = p.camber_stiffness * gamma * b.front_load * camber_arm;
+    (torque - wheel_weight - gyro - friction - weight - cornering + camber) / b.steering_inertia
+}
+
+/// Time derivative of the state with the nonlinear terms given.
+pub fn derivative_with<T: Real>(
+    b: &Bicycle<T>,
+    x: &State<T>,
+    u: &Input<T>,
+    n: &Nonlinear<T>,
+) -> State<T> {
+    State {
+        roll_rate: roll_acceleration(b, x, u, n),
+        steer_rate: steer_acceleration(b, x, u, n),
+        roll: x.roll_rate,
+        steer: x.steer_rate,
+        yaw_rate: yaw_acceleration(b, x, n),
+    }
+}
+
+/// Time derivative of the state.
+pub fn derivative<T: Real>(b: &Bicycle<T>, x: &State<T>, u: &Input<T>) -> State<T> {
+    derivative_with(b, x, u, &Nonlinear::at(b, x, u.speed))
+}
+
+/// Time derivative of the path: `ψ' = ψ̇, ẋ = V cos ψ, ẏ = V sin ψ`.
+pub fn path_derivative<T: Real>(x: &State<T>, path: &Path<T>, speed: T) -> Path<T> {
+    let (sin, cos) = path.heading.sin_cos();
+    Path {
+        heading: x.yaw_rate,
+        x: speed * cos,
+        y: speed * sin,
+    }
+}
+
+/// Everything that can be seen at a state.
+pub fn output<T: Real>(b: &Bicycle<T>, x: &State<T>, path: &Path<T>, u: &Input<T>) -> Output<T> {
+    let n = Nonlinear::at(b, x, u.speed);
+    let dx = derivative_with(b, x, u, &n);
+    let slip_angle = tyre::slip_angle(x.steer, n.path_angle);
+    Output {
+        roll: x.roll,
+        steer: x.steer,
+        roll_rate: x.roll_rate,
+        steer_rate: x.steer_rate,
+        yaw_rate: x.yaw_rate,
+        heading: path.heading,
+        x: path.x,
+        y: path.y,
+        slip_angle,
+        camber_angle: tyre::camber_angle(b, x),
+        effective_trail: tyre::effective_trail(b, x.roll, n.steer_sign),
+        lateral_force: tyre::lateral_force(b, slip_angle),
+        camber_thrust: tyre::camber_thrust(b, x),
+        rear_lateral_force: T::from(0.0),
+        lateral_velocity: T::from(0.0),
+        front_load: b.front_load,
+        rider_torque: rider::torque(&b.p, x, u.speed),
+        steer_acceleration: dx.steer_rate,
+        roll_acceleration: dx.roll_rate,
+    }
+}

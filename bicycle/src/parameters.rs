@@ -1,0 +1,95 @@
+//! The one parameter table. Names, units, nominal values, ranges and sources stand here and
+//! nowhere else.
+
+use crate::mass::{self, Lumps};
+use crate::quantity::rows;
+
+/// The paper's bicycle with a rider of 75 kg and 1.78 m: the nominal lumps.
+const NOMINAL: Lumps = mass::compose(&[mass::PAPER_BICYCLE, mass::rider(75.0, 1.78)]);
+const DEGREE: f64 = std::f64::consts::PI / 180.0;
+
+rows! {
+    /// The parameters, SI. The lumps (`total_mass` to `cross_inertia`) describe bicycle and rider
+    /// **without** load, inertias about the rear contact point; the load has rows of its own and
+    /// is added by [`crate::mass::loaded`].
+    Parameters;
+    Tunable {
+        total_mass: "M" KG = NOMINAL.total_mass, in [10.0, 250.0], "Mass of bicycle and rider", "composition: the paper's bicycle (17.5 kg, Table 4) and a rider of 75 kg (Table 6)";
+        cog_to_rear: "L_1" M = NOMINAL.cog_to_rear, in [0.05, 1.0], "Centre of mass, forward of the rear contact", "composition; the paper's Table 3 sweeps .68, .52, .37 m";
+        cog_height: "h" M = NOMINAL.cog_height, in [0.2, 1.5], "Centre of mass above the ground", "composition";
+        roll_inertia: "I_xx" KG_M2 = NOMINAL.roll_inertia, in [0.1, 1000.0], "Roll inertia about the rear contact", "composition";
+        yaw_inertia: "I_zz" KG_M2 = NOMINAL.yaw_inertia, in [0.1, 1000.0], "Yaw inertia about the rear contact", "composition";
+        cross_inertia: "I_xz" KG_M2 = NOMINAL.cross_inertia, in [-500.0, 500.0], "Product of inertia Σ(I_xz + m x h) about the rear contact", "composition";
+        wheelbase: "L" M = 1.015, in [0.5, 2.0], "Wheelbase, kept for every trail", "paper, Table 4 (given at trail .11 m)";
+        caster_angle: "λ" RAD = 20.0 * DEGREE, in [-0.2, 0.8], "Caster angle of the steer axis from the vertical", "paper, Table 4";
+        front_wheel_radius: "r_f" M = 0.308, in [0.1, 0.5], "Radius of the front wheel", "paper, Table 4";
+        rear_wheel_radius: "r_r" M = 0.308, in [0.1, 0.5], "Radius of the rear wheel", "paper, Table 4";
+        trail: "L_3" M = 0.085, in [-0.1, 0.2], "Mechanical trail", "paper, Table 5, step +1";
+        front_wheel_mass: "m_f" KG = 1.8, in [0.5, 10.0], measured [1.5, 3.5], "Mass of the front wheel", "Moore 2012, BicycleParameters data: 1.5–3.5 kg";
+        steer_inertia: "I_h" KG_M2 = 0.14, in [0.001, 1.0], measured [0.07, 0.25], "Inertia of the steering assembly about the steer axis", "Moore 2012, measured bicycles .07–.25 (the paper's Table 4 prints .00181)";
+        front_wheel_inertia: "I_f" KG_M2 = 0.11, in [0.01, 1.0], measured [0.08, 0.19], "Spin inertia of the front wheel", "Moore 2012, measured bicycles .08–.19";
+        rear_wheel_inertia: "I_r" KG_M2 = 0.13, in [0.01, 1.0], measured [0.08, 0.20], "Spin inertia of the rear wheel", "Moore 2012, measured bicycles .08–.20";
+        cornering_stiffness: "C_θ" PER_RAD = 14.0, in [2.0, 40.0], measured [8.0, 18.0], "Front cornering stiffness per normal load", "Dressel 2013: 11.46; Dell'Orto 2024: 9.5–16.8; VTI: 17.2";
+        camber_stiffness: "C_φ" PER_RAD = 0.8, in [0.0, 3.0], measured [0.5, 1.1], "Front camber stiffness per normal load", "Dressel 2013: .573; Dell'Orto 2024: .60–.98";
+        viscous_friction: "c" N_M_S_PER_RAD = 0.30, in [0.0, 5.0], measured [0.2, 0.4], "Viscous friction of the steering", "Moore 2012: .34 ± .04; Delft steer-by-wire bicycle: .2–.3";
+        coulomb_friction: "d" N_M = 0.15, in [0.0, 3.0], measured [0.1, 0.2], "Coulomb friction of the steering", "Moore 2012: .15 ± .05; Delft steer-by-wire firmware: .2";
+        steer_smoothing: "ε_θ" RAD = 1e-3, in [0.0, 0.1], "Width over which sign θ is smoothed, 0 the jump", "identified: error on bounded rides 3e-4 rad in the median";
+        steer_rate_smoothing: "ε_θ̇" RAD_PER_S = 1e-2, in [0.0, 1.0], "Width over which sign θ̇ is smoothed, 0 the jump", "identified: error on bounded rides 3e-4 rad in the median";
+        steer_limit: "θ_max" RAD = 85.0 * DEGREE, in [10.0 * DEGREE, 89.0 * DEGREE], "Steer angle at which a simulation ends", "assumed: 90° of the paper is a singular barrier of (8) and (9)";
+        rear_load: "m_l" KG = 0.0, in [0.0, 100.0], "Mass on the rear carrier", "composition";
+        rear_load_x: "x_l" M = -0.02, in [-1.0, 1.0], "Load, forward of the rear contact", "assumed: box .40 × .30 × .25 m on the carrier";
+        rear_load_h: "h_l" M = 0.80, in [0.1, 2.0], "Load above the ground", "assumed: box .40 × .30 × .25 m on the carrier";
+        gravity: "g" M_PER_S2 = 9.81, in [1.0, 30.0], "Gravitational acceleration", "standard";
+        rider_roll_gain: "k_φ" N_M_PER_RAD = 400.0, in [-2000.0, 2000.0], "Rider law: torque against roll", "identified: the nominal bicycle is stable at trails .13, .085, −.035 with 0–30 kg";
+        rider_roll_rate_gain: "k_p" N_M_S_PER_RAD = 120.0, in [-1000.0, 1000.0], "Rider law: torque against roll rate", "identified: as rider_roll_gain";
+        rider_steer_gain: "k_θ" N_M_PER_RAD = 60.0, in [-1000.0, 1000.0], "Rider law: torque against steer; 0 in the paper's law", "identified: as rider_roll_gain";
+        rider_steer_rate_gain: "k_w" N_M_S_PER_RAD = 6.0, in [-100.0, 100.0], "Rider law: torque against steer rate; 0 in the paper's law", "identified: as rider_roll_gain";
+        rider_roll_gain_slope: "k_φ'" N_S_PER_RAD = 0.0, in [-1000.0, 1000.0], "Change of rider_roll_gain with speed", "assumed: the paper's law does not depend on speed";
+        rider_roll_rate_gain_slope: "k_p'" N_S2_PER_RAD = 0.0, in [-1000.0, 1000.0], "Change of rider_roll_rate_gain with speed", "assumed: the paper's law does not depend on speed";
+        rider_steer_gain_slope: "k_θ'" N_S_PER_RAD = 0.0, in [-1000.0, 1000.0], "Change of rider_steer_gain with speed", "assumed: the paper's law does not depend on speed";
+        rider_steer_rate_gain_slope: "k_w'" N_S2_PER_RAD = 0.0, in [-1000.0, 1000.0], "Change of rider_steer_rate_gain with speed", "assumed: the paper's law does not depend on speed";
+    }
+    Fixed {
+        internal_step: "Δ" S = 1e-3, in [1e-5, 5e-3], "Step of the internal grid", "assumed: error of the smoothed model 1.4e-4 rad at worst on bounded rides";
+        roll_rate_start: "φ̇_0" RAD_PER_S = 0.0, in [-10.0, 10.0], "Roll rate at the start", "paper, Table 2: 0";
+        steer_rate_start: "θ̇_0" RAD_PER_S = 0.0, in [-50.0, 50.0], "Steer rate at the start", "paper, Table 2: 0";
+        roll_start: "φ_0" RAD = 0.0, in [-1.5, 1.5], "Roll angle at the start", "assumed: upright (Table 2: −5° in the nine cases)";
+        steer_start: "θ_0" RAD = 0.0, in [-1.5, 1.5], "Steer angle at the start", "assumed: straight (Table 2: 1° in the nine cases)";
+        yaw_rate_start: "ψ̇_0" RAD_PER_S = 0.0, in [-10.0, 10.0], "Yaw rate at the start", "assumed: straight (Table 2: 2 rad/s in the nine cases)";
+    }
+}
+
+rows! {
+    /// What excites a ride when nobody measured the torque, and the friction that such a ride
+    /// knows. Not parameters of the bicycle: no equation of motion reads them.
+    Excitation;
+    Fixed {
+        remnant_intensity: "σ_τ" N_M = 0.0, in [0.0, 20.0], "Remnant of the rider: torque noise, rms", "identified: free in every spectral fit";
+        remnant_corner: "f_τ" HZ = 2.0, in [0.2, 10.0], "Corner of the remnant's first-order low-pass", "assumed: reported with every spectral fit";
+        effective_damping: "c_eff" N_M_S_PER_RAD = 0.5, in [0.0, 10.0], measured [0.2, 1.0], "Viscous friction with the mean gain of the Coulomb friction, c + √(2/π) d/σ_θ̇", "identified: what a steering spectrum knows of friction";
+    }
+}
+
+impl<T: Copy> Parameters<T> {
+    /// The six lumps of bicycle and rider, without load.
+    pub fn lumps(&self) -> Lumps<T> {
+        Lumps {
+            total_mass: self.total_mass,
+            cog_to_rear: self.cog_to_rear,
+            cog_height: self.cog_height,
+            roll_inertia: self.roll_inertia,
+            yaw_inertia: self.yaw_inertia,
+            cross_inertia: self.cross_inertia,
+        }
+    }
+
+    /// Replaces the six lumps of bicycle and rider.
+    pub fn set_lumps(&mut self, lumps: Lumps<T>) {
+        self.total_mass = lumps.total_mass;
+        self.cog_to_rear = lumps.cog_to_rear;
+        self.cog_height = lumps.cog_height;
+        self.roll_inertia = lumps.roll_inertia;
+        self.yaw_inertia = lumps.yaw_inertia;
+        self.cross_inertia = lumps.cross_inertia;
+    }
+}

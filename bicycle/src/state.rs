@@ -1,0 +1,67 @@
+//! States, inputs and outputs: rows of the same kind as the parameters.
+
+use crate::quantity::rows;
+use std::f64::consts::TAU;
+
+const FREE: f64 = f64::INFINITY;
+
+rows! {
+    /// The state q = [φ̇ θ̇ φ θ ψ̇] of the paper; its fifth entry is the yaw rate (Table 2 gives it
+    /// in rad/s, and (7) is of first order in it).
+    State;
+    Continuous {
+        roll_rate: "φ̇" RAD_PER_S = 0.0, in [-FREE, FREE], "Roll rate, right positive", "state";
+        steer_rate: "θ̇" RAD_PER_S = 0.0, in [-FREE, FREE], "Steer rate, left positive", "state";
+        roll: "φ" RAD = 0.0, in [-FREE, FREE], "Roll angle, right positive", "state";
+        steer: "θ" RAD = 0.0, in [-FREE, FREE], "Steer angle, left positive", "state";
+        yaw_rate: "ψ̇" RAD_PER_S = 0.0, in [-FREE, FREE], "Yaw rate, left positive", "state";
+    }
+}
+
+rows! {
+    /// Where the rear contact point went: ψ' = ψ̇, ẋ = V cos ψ, ẏ = V sin ψ.
+    Path;
+    Continuous {
+        heading: "ψ" RAD = 0.0, in [-FREE, FREE], "Heading, left positive", "integral of the yaw rate";
+        x: "x" M = 0.0, in [-FREE, FREE], "Rear contact point, forward", "ẋ = V cos ψ";
+        y: "y" M = 0.0, in [-FREE, FREE], "Rear contact point, left", "ẏ = V sin ψ";
+    }
+}
+
+rows! {
+    /// What acts on the bicycle from outside.
+    Input;
+    Continuous {
+        speed: "V" M_PER_S = 8.0 / 3.6, in [0.1, 20.0], "Forward speed", "paper, section 3.1: 8.0 km/h";
+        steer_torque: "τ" N_M = 0.0, in [-1000.0, 1000.0], "Steer torque added to the rider law, left positive", "input; range assumed: beyond any rider";
+        assist_torque: "τ_a" N_M = 0.0, in [-1000.0, 1000.0], "Steer torque of the assist motor, left positive", "input; range assumed: beyond any motor";
+        roll_moment: "M_φ" N_M = 0.0, in [-10000.0, 10000.0], "Roll moment on the frame, right positive", "input; range assumed: beyond any gust";
+    }
+}
+
+rows! {
+    /// What can be seen of the bicycle. Angles are those of the state; `x` and `y` are the rear
+    /// contact point.
+    Output;
+    Continuous {
+        roll: "φ" RAD = 0.0, in [-FREE, FREE], "Roll angle, right positive", "state";
+        steer: "θ" RAD = 0.0, in [-FREE, FREE], "Steer angle, left positive", "state";
+        roll_rate: "φ̇" RAD_PER_S = 0.0, in [-FREE, FREE], "Roll rate, right positive", "state";
+        steer_rate: "θ̇" RAD_PER_S = 0.0, in [-FREE, FREE], "Steer rate, left positive", "state";
+        yaw_rate: "ψ̇" RAD_PER_S = 0.0, in [-FREE, FREE], "Yaw rate, left positive", "state";
+        heading: "ψ" RAD = 0.0, in [-FREE, FREE], "Heading, left positive", "path";
+        x: "x" M = 0.0, in [-FREE, FREE], "Rear contact point, forward", "path";
+        y: "y" M = 0.0, in [-FREE, FREE], "Rear contact point, left", "path";
+        slip_angle: "β" RAD = 0.0, in [-TAU, TAU], "Slip angle of the front tyre", "paper, (4)";
+        camber_angle: "γ" RAD = 0.0, in [-FREE, FREE], "Camber angle of the front wheel, right positive", "paper, (6) as repaired";
+        effective_trail: "L_3'" M = 0.0, in [-FREE, FREE], "Trail after the contact point has moved", "paper, (2)";
+        lateral_force: "F_θ" N = 0.0, in [-FREE, FREE], "Front cornering force, left positive", "paper, (5)";
+        camber_thrust: "F_φ" N = 0.0, in [-FREE, FREE], "Front camber thrust, right positive", "paper, (6)";
+        rear_lateral_force: "F_R" N = 0.0, in [-FREE, FREE], "Rear lateral force; 0: the rear wheel does not slip in this formulation", "assumed: paper, section 2.2, slip of the front wheel only";
+        lateral_velocity: "v_y" M_PER_S = 0.0, in [-FREE, FREE], "Lateral velocity of the rear contact; 0: the rear wheel does not slip in this formulation", "assumed: paper, section 2.2, slip of the front wheel only";
+        front_load: "F_z" N = 0.0, in [-FREE, FREE], "Front normal load", "M g L_1/L with the load on board";
+        rider_torque: "τ_h" N_M = 0.0, in [-FREE, FREE], "Steer torque of the rider law, left positive", "rider law";
+        steer_acceleration: "θ̈" RAD_PER_S2 = 0.0, in [-FREE, FREE], "Steer acceleration, left positive", "paper, (9)";
+        roll_acceleration: "φ̈" RAD_PER_S2 = 0.0, in [-FREE, FREE], "Roll acceleration, right positive", "paper, (8)";
+    }
+}
