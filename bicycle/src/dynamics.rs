@@ -15,7 +15,7 @@ use crate::tyre;
 pub enum Formulation {
     /// Literally as printed.
     Printed,
-    /// The two repairs without which nothing moves as described: I_zz once in (7), no I_xx in (9).
+    /// The two repairs without which nothing moves as described: `I_zz` once in (7), no `I_xx` in (9).
     Minimal,
     /// All repairs: passes the dimension law and the mirror law.
     #[default]
@@ -68,13 +68,13 @@ pub struct Bicycle<T = f64> {
     pub formulation: Formulation,
     /// Bicycle, rider and load as one.
     pub lumps: Lumps<T>,
-    /// F_z = M g L_1/L, front normal load \[N\].
+    /// `F_z = M g L_1/L`, front normal load \[N\].
     pub front_load: T,
     /// sin λ.
     pub sin_caster: T,
     /// cos λ.
     pub cos_caster: T,
-    /// f = r_f sin λ − L_3 cos λ, fork offset \[m\].
+    /// `f = r_f sin λ − L_3 cos λ`, fork offset \[m\].
     pub fork_offset: T,
     /// The inertia on the left of (9) [kg m²].
     pub steering_inertia: T,
@@ -152,7 +152,7 @@ pub fn yaw_acceleration<T: Real>(b: &Bicycle<T>, x: &State<T>, n: &Nonlinear<T>)
 /// `I_xx φ̈ = I_xz θ̇ V/(L cos²θ) + M g h sin φ + I_r ψ̇ V/r_r + M h V² tan(θ−β)/(L_1+L_2)`
 /// `         + I_f sec θ (V/r_f)(ψ̇ + θ̇) − M g (L_1 sin θ/(L_1+L_2)) L_3'`
 ///
-/// L_1 + L_2 = L, and V tan(θ−β)/L = ψ̇ by (3).
+/// `L_1 + L_2 = L`, and `V tan(θ−β)/L = ψ̇` by (3).
 pub fn roll_acceleration<T: Real>(
     b: &Bicycle<T>,
     x: &State<T>,
@@ -173,12 +173,12 @@ pub fn roll_acceleration<T: Real>(
         / m.roll_inertia
 }
 
-/// Steer acceleration θ̈ [rad/s²], (9), with the assist torque of the inputs added to τ_h.
+/// Steer acceleration θ̈ [rad/s²], (9), with the assist torque of the inputs added to `τ_h`.
 ///
 /// printed `(I_h + I_xx + m_f L_3²) θ̈ = −m_f g f sin(φ − θ sin λ) − I_f cos λ V tan θ/(L_1+L_2) + τ_h`
 /// `  − (c θ̇ + d sign θ̇) − L_3' F_z sin(φ − θ sin λ) − C_θ β F_z (L_3 cos φ + r_f sin φ)`
 /// `  + C_φ (φ − θ sin λ) F_z cos φ`;
-/// repaired: no I_xx, wheel spin V/r_f in the gyroscopic term, arm L_3' of both tyre forces.
+/// repaired: no `I_xx`, wheel spin `V/r_f` in the gyroscopic term, arm `L_3'` of both tyre forces.
 pub fn steer_acceleration<T: Real>(
     b: &Bicycle<T>,
     x: &State<T>,

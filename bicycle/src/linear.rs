@@ -54,7 +54,8 @@ pub struct Apart {
     pub steer_rate_sign: SVector<f64, 5>,
     /// ∂ẋ/∂(path angle) [per rad].
     pub path_angle: SVector<f64, 5>,
-    /// Hessian over x of ∂ẋ_i/∂(sign θ), one matrix for each state derivative i.
+    /// Hessian over x of `∂ẋ_i/∂(sign θ)`, one matrix for each state derivative i, the path angle
+    /// following the yaw rate with its slope at rest, L/V.
     pub steer_sign: [StateMatrix; 5],
 }
 
@@ -95,8 +96,9 @@ pub fn apart(p: &Parameters, formulation: Formulation, speed: f64) -> Apart {
     }
 }
 
-/// Second derivatives over the state of what multiplies sign θ: each ẋ_i is affine in sign θ, so
-/// that factor is the difference between sign θ = 1 and 0.
+/// Second derivatives over the state of what multiplies sign θ: each `ẋ_i` is affine in sign θ, so
+/// that factor is the difference between sign θ = 1 and 0. The path angle enters it with its slope
+/// at rest.
 fn steer_sign_products(p: &Parameters, formulation: Formulation, speed: f64) -> [StateMatrix; 5] {
     type Second = Dual2SVec64<5>;
     let lifted = Bicycle::new(&p.map(Second::from), formulation);
@@ -115,7 +117,7 @@ fn steer_sign_products(p: &Parameters, formulation: Formulation, speed: f64) -> 
         let n = Nonlinear {
             steer_sign: Second::from(sign),
             steer_rate_sign: Second::from(0.0),
-            path_angle: Second::from(0.0),
+            path_angle: x.yaw_rate * Second::from(p.wheelbase / speed),
         };
         derivative_with(&lifted, &x, &u, &n).to_array()
     };
@@ -133,6 +135,26 @@ pub fn eigenvalues(a: &StateMatrix) -> Vec<Complex<f64>> {
     let mut values: Vec<_> = dynamic.complex_eigenvalues().iter().copied().collect();
     values.sort_by(|a, b| b.re.total_cmp(&a.re).then(b.im.total_cmp(&a.im)));
     values
+}
+
+/// A bound on the modulus [1/s] of every eigenvalue, a few per cent above the largest:
+/// ρ(A) ≤ ‖Aᵏ‖^(1/k) whatever k (Gelfand), here 2⁸; infinite where A is not finite.
+pub fn spectral_bound(a: &StateMatrix) -> f64 {
+    let (mut power, mut exponent, mut log_bound) = (*a, 1.0, 0.0);
+    for _ in 0..=8 {
+        let size = power.norm();
+        if !size.is_finite() {
+            return f64::INFINITY;
+        }
+        if size == 0.0 {
+            return 0.0;
+        }
+        log_bound += exponent * size.log2();
+        power /= size;
+        power *= power;
+        exponent *= 0.5;
+    }
+    log_bound.exp2()
 }
 
 /// Eigenvalue of largest real part [1/s] of the bicycle upright at `speed`, jumps left out; the

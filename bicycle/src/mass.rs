@@ -1,7 +1,7 @@
 //! Bodies to lumps: bicycle, rider and load; the literature's 25 parameters.
 //!
 //! Lumps are taken about the rear contact point, h up:
-//! I_xx = Σ(I_i + m h_i²), I_zz = Σ(I_i + m x_i²), I_xz = Σ(I_xz,i + m x_i h_i).
+//! `I_xx = Σ(I_i + m h_i²)`, `I_zz = Σ(I_i + m x_i²)`, `I_xz = Σ(I_xz,i + m x_i h_i)`.
 
 use crate::parameters::Parameters;
 use crate::real::Real;
@@ -20,7 +20,7 @@ pub struct Body {
     pub roll_inertia: f64,
     /// Own yaw inertia [kg m²].
     pub yaw_inertia: f64,
-    /// Own product of inertia, sign as in Σ(I_xz + m x h) [kg m²].
+    /// Own product of inertia, sign as in `Σ(I_xz + m x h)` [kg m²].
     pub cross_inertia: f64,
 }
 
@@ -29,15 +29,15 @@ pub struct Body {
 pub struct Lumps<T = f64> {
     /// M [kg].
     pub total_mass: T,
-    /// L_1 [m].
+    /// `L_1` [m].
     pub cog_to_rear: T,
     /// h [m].
     pub cog_height: T,
-    /// I_xx about the rear contact [kg m²].
+    /// `I_xx` about the rear contact [kg m²].
     pub roll_inertia: T,
-    /// I_zz about the rear contact [kg m²].
+    /// `I_zz` about the rear contact [kg m²].
     pub yaw_inertia: T,
-    /// I_xz about the rear contact [kg m²].
+    /// `I_xz` about the rear contact [kg m²].
     pub cross_inertia: T,
 }
 
@@ -91,18 +91,19 @@ pub const fn compose(bodies: &[Body]) -> Lumps {
     }
 }
 
-/// The lumps of bicycle and rider with the load on board, a point mass of `rear_load` [kg] at
-/// (`rear_load_x`, `rear_load_h`).
+/// The lumps of bicycle and rider with the load on board: `rear_load` [kg] with its centre of mass
+/// at (`rear_load_x`, `rear_load_h`) and its own radii of gyration, all in [m].
 pub fn loaded<T: Real>(p: &Parameters<T>) -> Lumps<T> {
     let (m, x, h) = (p.rear_load, p.rear_load_x, p.rear_load_h);
+    let (k_xx, k_zz) = (p.rear_load_roll_gyration, p.rear_load_yaw_gyration);
     let total = p.total_mass + m;
     Lumps {
         total_mass: total,
         // M L_1 + m x over the sum, written so that m = 0 leaves L_1 to the last bit
         cog_to_rear: p.cog_to_rear + m * (x - p.cog_to_rear) / total,
         cog_height: p.cog_height + m * (h - p.cog_height) / total,
-        roll_inertia: p.roll_inertia + m * h * h,
-        yaw_inertia: p.yaw_inertia + m * x * x,
+        roll_inertia: p.roll_inertia + m * (h * h + k_xx * k_xx),
+        yaw_inertia: p.yaw_inertia + m * (x * x + k_zz * k_zz),
         cross_inertia: p.cross_inertia + m * x * h,
     }
 }
@@ -192,7 +193,7 @@ impl Literature {
         ]
     }
 
-    /// I_Aλλ [kg m²]: the front assembly (front frame and wheel) about the steer axis,
+    /// `I_Aλλ` [kg m²]: the front assembly (front frame and wheel) about the steer axis,
     /// Meijaard et al. 2007, (A 6)–(A 9).
     pub fn steer_inertia(&self) -> f64 {
         let [_, _, frame, wheel] = self.bodies();

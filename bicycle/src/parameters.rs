@@ -39,6 +39,8 @@ rows! {
         rear_load: "m_l" KG = 0.0, in [0.0, 100.0], "Mass on the rear carrier", "composition";
         rear_load_x: "x_l" M = -0.02, in [-1.0, 1.0], "Load, forward of the rear contact", "assumed: box .40 × .30 × .25 m on the carrier";
         rear_load_h: "h_l" M = 0.80, in [0.1, 2.0], "Load above the ground", "assumed: box .40 × .30 × .25 m on the carrier";
+        rear_load_roll_gyration: "k_xx" M = 0.1127, in [0.0, 1.0], "Radius of gyration of the load about its own roll axis", "assumed: box .40 × .30 × .25 m, √((.30² + .25²)/12)";
+        rear_load_yaw_gyration: "k_zz" M = 0.1443, in [0.0, 1.0], "Radius of gyration of the load about its own yaw axis", "assumed: box .40 × .30 × .25 m, √((.40² + .30²)/12)";
         gravity: "g" M_PER_S2 = 9.81, in [1.0, 30.0], "Gravitational acceleration", "standard";
         rider_roll_gain: "k_φ" N_M_PER_RAD = 400.0, in [-2000.0, 2000.0], "Rider law: torque against roll", "identified: the nominal bicycle is stable at trails .13, .085, −.035 with 0–30 kg";
         rider_roll_rate_gain: "k_p" N_M_S_PER_RAD = 120.0, in [-1000.0, 1000.0], "Rider law: torque against roll rate", "identified: as rider_roll_gain";

@@ -19,15 +19,19 @@ pub trait Real:
     /// Sine and cosine.
     fn sin_cos(self) -> (Self, Self);
     /// Arctangent.
+    #[must_use]
     fn atan(self) -> Self;
     /// Square root.
+    #[must_use]
     fn sqrt(self) -> Self;
 
     /// Sine.
+    #[must_use]
     fn sin(self) -> Self {
         self.sin_cos().0
     }
     /// Cosine.
+    #[must_use]
     fn cos(self) -> Self {
         self.sin_cos().1
     }

@@ -14,7 +14,7 @@ pub fn gains<T: Real>(p: &Parameters<T>, speed: T) -> [T; 4] {
     ]
 }
 
-/// Steer torque of the rider τ_h [N m], left positive.
+/// Steer torque of the rider `τ_h` [N m], left positive.
 /// `τ_h = −k_φ φ − k_p φ̇ − k_θ θ − k_w θ̇`; the paper's law (section 3.1) has the first two.
 ///
 /// With roll right positive and steer left positive the law steers into the lean.

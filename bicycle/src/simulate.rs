@@ -2,8 +2,9 @@
 //! steer limit located in time. FMU, native runs and oracles all use this one.
 
 use crate::dynamics::{self, Bicycle, Formulation};
+use crate::linear;
 use crate::parameters::Parameters;
-use crate::quantity::Vector;
+use crate::quantity::{Variability, Vector};
 use crate::real::Real;
 use crate::state::{Input, Output, Path, State};
 use std::f64::consts::FRAC_PI_2;
@@ -104,27 +105,24 @@ impl fmt::Display for Refusal {
 
 impl std::error::Error for Refusal {}
 
-/// Longest stable step \[s\] of [`rk4`] at `speed` \[m/s\]: 2.785 (where the stability region leaves
-/// the real axis) over a bound on the fastest pole, the yaw pole −L² F_z C_θ/(V I_zz) of (7) or
-/// the steering equation's −a − √b from θ̈ + a θ̇ + b θ with the smoothed Coulomb slope in a.
+/// Every z = h λ with Re z ≤ 0 and |z| up to this lies in the stability region of [`rk4`]; its
+/// border comes nearest to the origin, 2.616, at 123° (2.785 on the real, 2.828 on the imaginary axis).
+const STABLE_RADIUS: f64 = 2.6;
+
+/// Longest step \[s\] of [`rk4`] at `speed` \[m/s\] with which every decaying mode of the bicycle
+/// upright decays, smoothed Coulomb friction (a jump, width 0, has no slope) and rider law included.
+/// A bound a few per cent short of the limit, 0 where there is none.
 pub fn stability_limit(b: &Bicycle, speed: f64) -> f64 {
-    let p = &b.p;
-    let yaw_stiffness = p.wheelbase * p.wheelbase * b.front_load * p.cornering_stiffness;
-    let yaw_inertia = match b.formulation {
-        Formulation::Printed => b.lumps.yaw_inertia * b.lumps.yaw_inertia,
-        Formulation::Minimal | Formulation::Repaired => b.lumps.yaw_inertia,
+    let mut upright = *b;
+    if b.p.steer_rate_smoothing == 0.0 {
+        upright.p.coulomb_friction = 0.0;
+    }
+    let input = Input {
+        speed,
+        ..Input::default()
     };
-    let yaw = yaw_stiffness / (speed * yaw_inertia);
-    let [_, _, k_theta, k_w] = crate::rider::gains(p, speed);
-    let coulomb_slope = match p.steer_rate_smoothing {
-        0.0 => 0.0,
-        width => p.coulomb_friction / width,
-    };
-    let damping = p.viscous_friction + coulomb_slope + k_w.abs();
-    let tyre = p.cornering_stiffness + p.camber_stiffness + 1.0;
-    let stiffness = k_theta.abs() + p.trail.abs() * b.front_load * tyre;
-    let steering = damping / b.steering_inertia + (stiffness / b.steering_inertia).sqrt();
-    2.785 / yaw.max(steering)
+    let (a, _) = linear::linearize(&upright, &State::default(), &input);
+    STABLE_RADIUS / linear::spectral_bound(&a)
 }
 
 /// State and path at a time.
@@ -154,6 +152,8 @@ pub struct Simulation {
     next: u64,
     /// Where we have arrived.
     here: Moment,
+    /// Whether `here` is a copy ahead of `base`.
+    ahead: bool,
     stop: Option<Stop>,
     derivatives: u64,
 }
@@ -188,6 +188,7 @@ impl Simulation {
             base_on_grid: true,
             next: 1,
             here: start,
+            ahead: false,
             stop: None,
             derivatives: 0,
         })
@@ -205,14 +206,15 @@ impl Simulation {
         Ok(())
     }
 
-    /// Sets the parameters from here on; the `*_start` rows and `internal_step` act no more.
+    /// Sets the tunable parameters from here on; fixed rows keep the values they started with.
     pub fn set_parameters(&mut self, parameters: &Parameters) -> Result<(), Refusal> {
-        let fixed = Parameters {
-            internal_step: self.bicycle.p.internal_step,
-            ..*parameters
-        };
-        if bits(&fixed.to_array()) != bits(&self.bicycle.p.to_array()) {
-            let bicycle = Bicycle::new(&fixed, self.bicycle.formulation);
+        let (old, new) = (self.bicycle.p.to_array(), parameters.to_array());
+        let values = std::array::from_fn(|i| match Parameters::TABLE[i].variability {
+            Variability::Fixed => old[i],
+            Variability::Tunable | Variability::Continuous => new[i],
+        });
+        if bits(&values) != bits(&old) {
+            let bicycle = Bicycle::new(&Parameters::from_array(values), self.bicycle.formulation);
             check(&bicycle, &self.input)?;
             self.bicycle = bicycle;
             self.settle();
@@ -222,8 +224,11 @@ impl Simulation {
 
     /// The copy becomes the state: something changes at this instant.
     fn settle(&mut self) {
-        self.base_on_grid &= self.base.time.to_bits() == self.here.time.to_bits();
-        self.base = self.here;
+        if self.ahead {
+            self.base = self.here;
+            self.base_on_grid = false;
+            self.ahead = false;
+        }
     }
 
     /// Goes on to time `to` \[s\] (no further back than [`Self::time`]) and arrives exactly there,
@@ -255,9 +260,11 @@ impl Simulation {
             self.base_on_grid = true;
             self.next += 1;
             self.here = self.base;
+            self.ahead = false;
         }
         let rest = to - self.base.time;
-        let arrival = if rest > slack {
+        self.ahead = rest > slack;
+        let arrival = if self.ahead {
             self.travel(self.base, rest)?
         } else {
             self.base
@@ -272,34 +279,37 @@ impl Simulation {
     /// One internal step of `h` from `from`; on a stop, `here` is left where it happened.
     fn travel(&mut self, from: Moment, h: f64) -> Result<Moment, Stop> {
         let limit = self.bicycle.p.steer_limit;
+        let at_limit = |m: &Moment| limit.is_finite() && m.state.steer.abs() >= limit;
+        let fallen = |m: &Moment| {
+            m.state.roll.abs() > FRAC_PI_2 || !m.state.to_array().iter().all(|v| v.is_finite())
+        };
         let to = self.rk4(from, h);
-        if to.state.steer.abs() >= limit {
-            let at = self.locate(from, h, |m| m.state.steer.abs() >= limit);
+        if at_limit(&to) {
+            let [_, at] = self.locate(from, h, at_limit);
             return Err(self.end(at, Stop::SteerLimit { t: at.time }));
         }
-        let finite = to.state.to_array().iter().all(|v| v.is_finite());
-        if !finite || to.state.roll.abs() > FRAC_PI_2 {
-            return Err(self.end(from, Stop::Diverged { t: from.time }));
+        if fallen(&to) {
+            let [last, _] = self.locate(from, h, fallen);
+            return Err(self.end(last, Stop::Diverged { t: last.time }));
         }
         Ok(to)
     }
 
     fn end(&mut self, at: Moment, stop: Stop) -> Stop {
-        self.base = at;
-        self.base_on_grid = false;
         self.here = at;
         self.stop = Some(stop);
         stop
     }
 
-    /// The first moment, to the last bit of h, at which `happened` within a step of `h` at whose
-    /// end it has: bisection on the length of a step of the same method.
-    fn locate(&mut self, from: Moment, h: f64, happened: impl Fn(&Moment) -> bool) -> Moment {
+    /// The last moment before `happened` and the first at which it has, next to each other to the
+    /// last bit of h, within a step of `h` at whose end it has: bisection on the length of a step
+    /// of the same method.
+    fn locate(&mut self, from: Moment, h: f64, happened: impl Fn(&Moment) -> bool) -> [Moment; 2] {
         let (mut before, mut after) = (0.0, h);
         loop {
             let middle = 0.5 * (before + after);
             if middle <= before || middle >= after {
-                return self.rk4(from, after);
+                return [self.rk4(from, before), self.rk4(from, after)];
             }
             if happened(&self.rk4(from, middle)) {
                 after = middle;

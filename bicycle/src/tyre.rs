@@ -34,7 +34,7 @@ pub fn slip_angle<T: Real>(steer: T, path_angle: T) -> T {
     steer - path_angle
 }
 
-/// Front cornering force F_θ \[N\], left positive, (5).   `F_θ = C_θ β F_z`
+/// Front cornering force `F_θ` \[N\], left positive, (5).   `F_θ = C_θ β F_z`
 pub fn lateral_force<T: Real>(b: &Bicycle<T>, slip: T) -> T {
     b.p.cornering_stiffness * slip * b.front_load
 }
@@ -51,7 +51,7 @@ pub fn camber_angle<T: Real>(b: &Bicycle<T>, x: &State<T>) -> T {
     }
 }
 
-/// Front camber thrust F_φ \[N\], right positive, (6).   `F_φ = C_φ (φ + θ sin λ) F_z`
+/// Front camber thrust `F_φ` \[N\], right positive, (6).   `F_φ = C_φ (φ + θ sin λ) F_z`
 pub fn camber_thrust<T: Real>(b: &Bicycle<T>, x: &State<T>) -> T {
     b.p.camber_stiffness * camber_angle(b, x) * b.front_load
 }

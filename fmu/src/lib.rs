@@ -1,1 +1,17 @@
-//! The rear-load bicycle as an FMU.
+//! The rear-load bicycle as an FMU: `RearLoadBicycle.fmu`.
+//!
+//! Everything an importer sees comes from the tables of `bicycle`: a value reference is a row
+//! number, counted through parameters, formulation, inputs, outputs and time.
+//! As a shared library this crate is the binary of the FMU; as a Rust library it packs it.
+
+mod dependencies;
+mod description;
+mod model;
+mod package;
+mod row;
+
+pub use description::MODEL_IDENTIFIER;
+pub use model::RearLoadBicycle;
+pub use package::{Error, built_library, pack};
+
+fmi_export::export!(RearLoadBicycle);

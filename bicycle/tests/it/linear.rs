@@ -1,0 +1,229 @@
+//! Derivatives by dual numbers against difference quotients, and the parts against the whole.
+
+use bicycle::dynamics::{self, Nonlinear, derivative, derivative_with};
+use bicycle::linear::{StateMatrix, apart, eigenvalues, fastest_growth, linearize};
+use bicycle::{Bicycle, Formulation, Input, Parameters, State};
+use nalgebra::SVector;
+
+/// Widths at which differences of 1e-5 still resolve the smoothed jumps.
+fn smooth() -> Parameters {
+    Parameters {
+        steer_smoothing: 0.05,
+        steer_rate_smoothing: 0.5,
+        rear_load: 20.0,
+        ..Parameters::default()
+    }
+}
+
+const UPRIGHT: State = State {
+    roll_rate: 0.0,
+    steer_rate: 0.0,
+    roll: 0.0,
+    steer: 0.0,
+    yaw_rate: 0.0,
+};
+
+const LEANING: State = State {
+    roll_rate: 0.4,
+    steer_rate: -1.1,
+    roll: -0.3,
+    steer: 0.5,
+    yaw_rate: 0.9,
+};
+
+const STEERING: State = State {
+    roll_rate: -0.2,
+    steer_rate: 0.3,
+    roll: 0.1,
+    steer: -0.9,
+    yaw_rate: -1.5,
+};
+
+fn input() -> Input {
+    Input {
+        speed: 3.0,
+        steer_torque: 1.5,
+        assist_torque: -0.5,
+        roll_moment: 4.0,
+    }
+}
+
+#[test]
+fn dual_numbers_agree_with_differences() {
+    let h = 1e-5;
+    for formulation in Formulation::ALL {
+        let b = Bicycle::new(&smooth(), formulation);
+        for x in [UPRIGHT, LEANING, STEERING] {
+            let u = input();
+            let (a, by_input) = linearize(&b, &x, &u);
+            let quotient = |j: usize| {
+                let at = |step: f64| {
+                    let (mut x, mut u) = (x, u);
+                    if j < 5 {
+                        x.set(j, x.get(j) + step);
+                    } else {
+                        u.set(j - 5, u.get(j - 5) + step);
+                    }
+                    SVector::from(derivative(&b, &x, &u).to_array())
+                };
+                (at(h) - at(-h)) / (2.0 * h)
+            };
+            for j in 0..9 {
+                let dual = if j < 5 {
+                    a.column(j).into_owned()
+                } else {
+                    by_input.column(j - 5).into_owned()
+                };
+                // h²/6 of a third derivative over the narrowest width, .05 rad: 1e-8 of a slope;
+                // round-off 1e-16/h = 1e-11 of the values
+                let scale = 1.0 + a.norm();
+                assert!(
+                    (dual - quotient(j)).norm() < 1e-7 * scale,
+                    "{formulation:?} {x:?} {j}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn parts_make_the_whole() {
+    for formulation in Formulation::ALL {
+        let p = smooth();
+        let u = Input {
+            speed: 3.0,
+            ..Input::default()
+        };
+        let (a, by_input) = linearize(&Bicycle::new(&p, formulation), &UPRIGHT, &u);
+        let parts = apart(&p, formulation, u.speed);
+        let slope = |row: &str| {
+            let mut along = SVector::<f64, 5>::zeros();
+            along[State::index(row).expect("a state")] = 1.0;
+            along.transpose()
+        };
+        // the slopes at rest: 1/ε of the smoothed sign θ̇, L/V of the arctangent; sign θ
+        // multiplies products of states and has none
+        let whole = parts.state
+            + parts.steer_rate_sign * slope("steer_rate") / p.steer_rate_smoothing
+            + parts.path_angle * slope("yaw_rate") * (p.wheelbase / u.speed);
+        // the same products, summed in another order
+        assert!((whole - a).norm() < 1e-13 * a.norm(), "{formulation:?}");
+        assert_eq!(parts.input, by_input);
+    }
+}
+
+#[test]
+fn products_with_the_steer_sign_agree_with_differences() {
+    let h = 1e-3;
+    let p = smooth();
+    for formulation in Formulation::ALL {
+        let b = Bicycle::new(&p, formulation);
+        let u = Input {
+            speed: 3.0,
+            ..Input::default()
+        };
+        // what multiplies sign θ in each state derivative
+        let factor = |x: &State| {
+            let with = |steer_sign| {
+                let n = Nonlinear {
+                    steer_sign,
+                    steer_rate_sign: 0.0,
+                    path_angle: x.yaw_rate * p.wheelbase / u.speed,
+                };
+                SVector::from(derivative_with(&b, x, &u, &n).to_array())
+            };
+            with(1.0) - with(0.0)
+        };
+        let hessians = apart(&p, formulation, u.speed).steer_sign;
+        let largest = hessians.iter().map(StateMatrix::norm).fold(0.0, f64::max);
+        assert!(largest > 1.0, "there is something to compare: {largest}");
+        for j in 0..5 {
+            for k in 0..5 {
+                let at = |s: f64, t: f64| {
+                    let mut x = UPRIGHT;
+                    x.set(j, x.get(j) + s * h);
+                    x.set(k, x.get(k) + t * h);
+                    factor(&x)
+                };
+                let second =
+                    (at(1.0, 1.0) - at(1.0, -1.0) - at(-1.0, 1.0) + at(-1.0, -1.0)) / (4.0 * h * h);
+                for (i, hessian) in hessians.iter().enumerate() {
+                    // fourth derivatives of sines: h² = 1e-6 of the largest; round-off 1e-16/h²
+                    let error = (second[i] - hessian[(j, k)]).abs();
+                    assert!(
+                        error < 3e-6 * largest,
+                        "{formulation:?} {i} {j} {k}: {error}"
+                    );
+                }
+            }
+        }
+    }
+}
+
+/// `apart` leaves the jumps out, so the growth does not know their widths.
+#[test]
+fn growth_of_the_ridden_and_of_the_riderless_bicycle() {
+    let p = Parameters::<f64>::default();
+    let growth = |p: &Parameters| fastest_growth(p, Formulation::Repaired, 8.0 / 3.6).re;
+    let exact = Parameters {
+        steer_smoothing: 0.0,
+        steer_rate_smoothing: 0.0,
+        ..p
+    };
+    assert_eq!(growth(&p), growth(&exact));
+    // the nominal gains are chosen to stabilise: slowest pole −2.8 to −4.2 1/s over the trails of
+    // Table 3 and 0–30 kg
+    for trail in bicycle::cases::TRAILS {
+        for rear_load in [0.0, 30.0] {
+            let slowest = growth(&Parameters {
+                trail,
+                rear_load,
+                ..p
+            });
+            assert!(
+                (-4.25..-2.75).contains(&slowest),
+                "{trail} {rear_load}: {slowest}"
+            );
+        }
+    }
+    // without a rider a bicycle at walking pace falls
+    let riderless = Parameters {
+        rider_roll_gain: 0.0,
+        rider_roll_rate_gain: 0.0,
+        rider_steer_gain: 0.0,
+        rider_steer_rate_gain: 0.0,
+        ..p
+    };
+    assert!(growth(&riderless) > 0.5);
+}
+
+#[test]
+fn eigenvalues_are_the_characteristic_roots() {
+    let p = smooth();
+    let u = Input {
+        speed: 3.0,
+        ..Input::default()
+    };
+    let (a, _) = linearize(&Bicycle::new(&p, Formulation::Repaired), &UPRIGHT, &u);
+    let values = eigenvalues(&a);
+    let sum: f64 = values.iter().map(|l| l.re).sum();
+    let product: nalgebra::Complex<f64> = values.iter().product();
+    // backward stable: errors of the size of ε ‖A‖ in each
+    assert!((sum - a.trace()).abs() < 1e-12 * a.norm());
+    assert!((product - a.determinant()).norm() < 1e-10 * a.determinant().abs());
+    assert!(values.windows(2).all(|pair| pair[0].re >= pair[1].re));
+}
+
+#[test]
+fn path_is_the_integral_of_speed() {
+    let path = bicycle::Path {
+        heading: 0.6,
+        x: 1.0,
+        y: 2.0,
+    };
+    let rate = dynamics::path_derivative(&LEANING, &path, 3.0);
+    assert_eq!(rate.heading, LEANING.yaw_rate);
+    // left positive: heading left of x moves towards +y; sines from two libraries, an ulp apart
+    assert!((rate.x - 3.0 * 0.6f64.cos()).abs() < 1e-15);
+    assert!((rate.y - 3.0 * 0.6f64.sin()).abs() < 1e-15);
+}

@@ -1,0 +1,13 @@
+//! The laws of the model, its numbers and its documents.
+
+mod draw;
+mod equations;
+mod grid;
+mod laws;
+mod linear;
+mod marked;
+mod mass;
+mod stepper;
+mod stops;
+mod tables;
+mod tyre;

@@ -1,0 +1,7 @@
+//! A toy model driven through the C interface.
+
+mod cart;
+mod host;
+mod life_cycle;
+mod pack;
+mod values;

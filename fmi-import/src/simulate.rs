@@ -1,0 +1,228 @@
+//! One FMU from start to end with a fixed communication step.
+
+use crate::{Error, Fmu, Instance, LogLine, Step, Value};
+use model_description::{Causality, ScalarVariable, VariableType};
+
+/// What to simulate.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Plan {
+    /// Names of variables and the values to set before the start.
+    pub start_values: Vec<(String, Value)>,
+    /// Names of the variables to record; `String` variables cannot be.
+    pub record: Vec<String>,
+    /// Start \[s\].
+    pub start_time: f64,
+    /// Stop \[s\], after the start.
+    pub stop_time: f64,
+    /// Communication step \[s\], positive; the last one is shortened to end at the stop.
+    pub step: f64,
+    /// Relative tolerance, if the FMU is to be given one.
+    pub tolerance: Option<f64>,
+}
+
+/// What was recorded.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Trajectory {
+    /// `time`, then the recorded variables.
+    pub names: Vec<String>,
+    /// For each name its values, all of one length.
+    pub columns: Vec<Vec<f64>>,
+    /// What the FMU said when it ended before the stop time.
+    pub ended: Option<Vec<LogLine>>,
+}
+
+/// Runs an instance of `fmu` as planned. When the FMU ends early, the last row is at its last
+/// successful time.
+pub fn simulate(fmu: &Fmu, plan: &Plan) -> Result<Trajectory, Error> {
+    check(plan)?;
+    let recorder = Recorder::new(fmu, &plan.record)?;
+    let mut instance = fmu.instantiate(&fmu.description().model_name)?;
+    instance.setup_experiment(plan.tolerance, plan.start_time, Some(plan.stop_time))?;
+    set_start_values(&mut instance, plan, |causality| {
+        causality != Causality::Input
+    })?;
+    instance.enter_initialization_mode()?;
+    set_start_values(&mut instance, plan, |causality| {
+        causality == Causality::Input
+    })?;
+    instance.exit_initialization_mode()?;
+
+    let mut names = vec!["time".to_owned()];
+    names.extend(plan.record.iter().cloned());
+    let mut trajectory = Trajectory {
+        columns: vec![Vec::new(); names.len()],
+        names,
+        ended: None,
+    };
+    let mut time = plan.start_time;
+    recorder.record(&mut instance, time, &mut trajectory.columns)?;
+    // What remains before the stop may be round-off, which is no step.
+    let negligible = 1e-9 * plan.step;
+    for n in 1_u64.. {
+        if plan.stop_time - time <= negligible {
+            break;
+        }
+        let mut next = plan.start_time + n as f64 * plan.step;
+        if next > plan.stop_time - negligible {
+            next = plan.stop_time;
+        }
+        match instance.do_step(time, next - time)? {
+            Step::Complete => {
+                time = next;
+                recorder.record(&mut instance, time, &mut trajectory.columns)?;
+            }
+            Step::Discarded {
+                last_successful_time,
+                log,
+                ..
+            } => {
+                // Reading after a discard is for debugging only, unless the FMU can tell the time
+                // its values are of (FMI 2.0 §4.2.4).
+                if let Some(at) = last_successful_time {
+                    recorder.record(&mut instance, at, &mut trajectory.columns)?;
+                }
+                trajectory.ended = Some(log);
+                return Ok(trajectory);
+            }
+        }
+    }
+    instance.terminate()?;
+    Ok(trajectory)
+}
+
+fn check(plan: &Plan) -> Result<(), Error> {
+    let refuse = |what, expected, found| {
+        Err(Error::Plan {
+            what,
+            expected,
+            found,
+        })
+    };
+    if !plan.start_time.is_finite() {
+        return refuse("start time", "a finite time", plan.start_time);
+    }
+    if !plan.stop_time.is_finite() || plan.stop_time <= plan.start_time {
+        return refuse("stop time", "a finite time after the start", plan.stop_time);
+    }
+    if !plan.step.is_finite() || plan.step <= 0.0 {
+        return refuse("communication step", "a positive time", plan.step);
+    }
+    Ok(())
+}
+
+fn variable<'a>(fmu: &'a Fmu, name: &str) -> Result<&'a ScalarVariable, Error> {
+    fmu.description()
+        .variable(name)
+        .ok_or_else(|| Error::UnknownVariable {
+            model: fmu.description().model_name.clone(),
+            name: name.to_owned(),
+        })
+}
+
+fn set_start_values(
+    instance: &mut Instance,
+    plan: &Plan,
+    of: impl Fn(Causality) -> bool,
+) -> Result<(), Error> {
+    for (name, value) in &plan.start_values {
+        let variable = variable(instance.fmu(), name)?;
+        if !of(variable.causality) {
+            continue;
+        }
+        let expected = variable.variable_type.name();
+        let reference = [variable.value_reference];
+        match (&variable.variable_type, value) {
+            (VariableType::Real(_), Value::Real(value)) => {
+                instance.set_real(&reference, &[*value])?;
+            }
+            (VariableType::Integer(_) | VariableType::Enumeration(_), Value::Integer(value)) => {
+                instance.set_integer(&reference, &[*value])?;
+            }
+            (VariableType::Boolean(_), Value::Boolean(value)) => {
+                instance.set_boolean(&reference, &[*value])?;
+            }
+            (VariableType::String(_), Value::String(value)) => {
+                instance.set_string(&reference, &[value])?;
+            }
+            (_, value) => {
+                return Err(Error::WrongType {
+                    name: name.clone(),
+                    expected,
+                    found: value.type_name(),
+                });
+            }
+        }
+    }
+    Ok(())
+}
+
+impl Value {
+    fn type_name(&self) -> &'static str {
+        match self {
+            Self::Real(_) => "Real",
+            Self::Integer(_) => "Integer",
+            Self::Boolean(_) => "Boolean",
+            Self::String(_) => "String",
+        }
+    }
+}
+
+/// Value references of what is recorded, by type, each with its column.
+#[derive(Default)]
+struct Recorder {
+    reals: (Vec<u32>, Vec<usize>),
+    integers: (Vec<u32>, Vec<usize>),
+    booleans: (Vec<u32>, Vec<usize>),
+}
+
+impl Recorder {
+    fn new(fmu: &Fmu, names: &[String]) -> Result<Self, Error> {
+        let mut recorder = Self::default();
+        for (name, column) in names.iter().zip(1..) {
+            let variable = variable(fmu, name)?;
+            let (references, columns) = match variable.variable_type {
+                VariableType::Real(_) => &mut recorder.reals,
+                VariableType::Integer(_) | VariableType::Enumeration(_) => &mut recorder.integers,
+                VariableType::Boolean(_) => &mut recorder.booleans,
+                VariableType::String(_) => {
+                    return Err(Error::WrongType {
+                        name: name.clone(),
+                        expected: "a variable that can be recorded as a number",
+                        found: "String",
+                    });
+                }
+            };
+            references.push(variable.value_reference);
+            columns.push(column);
+        }
+        Ok(recorder)
+    }
+
+    fn record(
+        &self,
+        instance: &mut Instance,
+        time: f64,
+        columns: &mut [Vec<f64>],
+    ) -> Result<(), Error> {
+        columns[0].push(time);
+        let (references, places) = &self.reals;
+        let mut values = vec![0.0; references.len()];
+        instance.get_real(references, &mut values)?;
+        for (&place, value) in places.iter().zip(values) {
+            columns[place].push(value);
+        }
+        let (references, places) = &self.integers;
+        let mut values = vec![0; references.len()];
+        instance.get_integer(references, &mut values)?;
+        for (&place, value) in places.iter().zip(values) {
+            columns[place].push(f64::from(value));
+        }
+        let (references, places) = &self.booleans;
+        let mut values = vec![false; references.len()];
+        instance.get_boolean(references, &mut values)?;
+        for (&place, value) in places.iter().zip(values) {
+            columns[place].push(f64::from(u8::from(value)));
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,116 @@
+//! The declared dependencies against what moves when something is changed.
+
+use super::*;
+use bicycle::simulate::Simulation;
+use std::collections::BTreeSet;
+
+/// Some bicycle in some state: every value a little off its nominal one.
+fn somewhere(seed: u64) -> (Parameters, Input) {
+    // a linear congruential generator (Knuth's MMIX constants)
+    let mut state = seed;
+    let mut off = |value: f64, scale: f64| {
+        state = state
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
+        let random = (state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5;
+        value * (1.0 + 0.1 * random) + scale * random
+    };
+    let mut parameters = Parameters::default();
+    start_aslant(&mut parameters);
+    parameters.rear_load = 10.0;
+    let parameters = Parameters {
+        rider_roll_gain_slope: off(0.0, 1.0),
+        rider_roll_rate_gain_slope: off(0.0, 1.0),
+        rider_steer_gain_slope: off(0.0, 1.0),
+        rider_steer_rate_gain_slope: off(0.0, 1.0),
+        ..parameters.map(|value| off(value, 0.0))
+    };
+    // Explicit steps must be stable wherever we are.
+    let parameters = Parameters {
+        internal_step: 1e-4,
+        ..parameters
+    };
+    (
+        parameters,
+        Input::default().map(|value: f64| off(value, 1.0)),
+    )
+}
+
+fn after_initialization(parameters: &Parameters, formulation: Formulation, input: Input) -> Output {
+    Simulation::new(parameters, formulation, input, 0.0)
+        .expect("a bicycle that can be simulated")
+        .output()
+}
+
+/// What moves each output after initialization, by 1-based index.
+fn influences() -> Vec<BTreeSet<u32>> {
+    let mut found = vec![BTreeSet::new(); Output::LEN];
+    for (seed, formulation) in (1..).zip(Formulation::ALL.repeat(4)) {
+        let (parameters, input) = somewhere(seed);
+        let before = after_initialization(&parameters, formulation, input).to_array();
+        let mut compare = |row: Row, after: Output| {
+            for (output, (before, after)) in before.iter().zip(after.to_array()).enumerate() {
+                if before.to_bits() != after.to_bits() {
+                    found[output].insert(row.index());
+                }
+            }
+        };
+        for row in 0..Parameters::LEN {
+            let mut parameters = parameters;
+            parameters.set(row, parameters.get(row) * 1.01);
+            compare(
+                Row::Parameter(row),
+                after_initialization(&parameters, formulation, input),
+            );
+        }
+        for row in 0..Input::LEN {
+            let mut input = input;
+            input.set(row, input.get(row) * 1.01);
+            compare(
+                Row::Input(row),
+                after_initialization(&parameters, formulation, input),
+            );
+        }
+        for other in Formulation::ALL {
+            compare(
+                Row::Formulation,
+                after_initialization(&parameters, other, input),
+            );
+        }
+    }
+    found
+}
+
+#[test]
+fn what_is_declared_is_what_moves() {
+    let influences = influences();
+    for (row, (declared, found)) in at_the_start().iter().zip(&influences).enumerate() {
+        let found: Vec<u32> = found.iter().copied().collect();
+        assert_eq!(*declared, found, "{}", Output::TABLE[row].name);
+    }
+    // At a communication point only the inputs are left.
+    let inputs: Vec<u32> = (0..Input::LEN).map(|row| Row::Input(row).index()).collect();
+    for (row, (declared, found)) in at_communication_points()
+        .iter()
+        .zip(&influences)
+        .enumerate()
+    {
+        let found: Vec<u32> = inputs
+            .iter()
+            .copied()
+            .filter(|index| found.contains(index))
+            .collect();
+        assert_eq!(*declared, found, "{}", Output::TABLE[row].name);
+    }
+}
+
+#[test]
+fn no_state_depends_on_an_input() {
+    let declared = at_communication_points();
+    for quantity in State::TABLE {
+        let row = Output::index(quantity.name).expect("every state is an output");
+        assert_eq!(declared[row], [] as [u32; 0], "{}", quantity.name);
+    }
+    let acceleration = Output::index("steer_acceleration").expect("an output");
+    assert!(!declared[acceleration].is_empty());
+}

@@ -1,0 +1,256 @@
+//! modelDescription.xml from the tables.
+
+use crate::dependencies;
+use crate::row::Row;
+use bicycle::quantity::{self, UNITS};
+use bicycle::{Formulation, Output, Quantity, Unit};
+use fmi_export::log_categories;
+use model_description::{
+    BaseUnit, Causality, CoSimulation, DefaultExperiment, DisplayUnit, EnumerationType,
+    EnumerationVariable, Item, ModelDescription, ModelStructure, RealVariable, ScalarVariable,
+    SimpleType, TypeDefinition, Unknown, Variability, VariableType,
+};
+
+/// Name of the FMU and of its shared library.
+pub const MODEL_IDENTIFIER: &str = "RearLoadBicycle";
+
+const FORMULATION_TYPE: &str = "Formulation";
+
+/// The description, guid included.
+pub(crate) fn description() -> ModelDescription {
+    let mut description = ModelDescription {
+        model_name: MODEL_IDENTIFIER.to_owned(),
+        description: Some(
+            "Nonlinear bicycle with slipping front tyre, steering friction, a rider and a load \
+             on the rear carrier"
+                .to_owned(),
+        ),
+        author: Some("the wobble authors".to_owned()),
+        version: Some(env!("CARGO_PKG_VERSION").to_owned()),
+        copyright: Some("the wobble authors".to_owned()),
+        license: Some(env!("CARGO_PKG_LICENSE").to_owned()),
+        generation_tool: Some(concat!("wobble ", env!("CARGO_PKG_VERSION")).to_owned()),
+        co_simulation: Some(CoSimulation {
+            model_identifier: MODEL_IDENTIFIER.to_owned(),
+            can_handle_variable_communication_step_size: true,
+            can_not_use_memory_management_functions: true,
+            ..CoSimulation::default()
+        }),
+        units: units(),
+        types: vec![formulations()],
+        log_categories: log_categories(),
+        default_experiment: Some(DefaultExperiment {
+            start_time: Some(0.0),
+            stop_time: Some(24.0),
+            tolerance: Some(1e-4),
+            step_size: Some(0.005),
+        }),
+        variables: Row::all().map(variable).collect(),
+        structure: structure(),
+        ..ModelDescription::default()
+    };
+    description.guid = description.fingerprint();
+    description
+}
+
+/// The units the variables have.
+fn units() -> Vec<model_description::Unit> {
+    let used = |unit: &Unit| {
+        *unit == quantity::S
+            || Row::all()
+                .filter_map(Row::quantity)
+                .any(|row| row.unit == *unit)
+    };
+    UNITS
+        .iter()
+        .filter(|unit| used(unit))
+        .map(|unit| model_description::Unit {
+            name: unit.symbol.to_owned(),
+            base: Some(BaseUnit {
+                kg: unit.kg.into(),
+                m: unit.m.into(),
+                s: unit.s.into(),
+                rad: unit.rad.into(),
+                ..BaseUnit::default()
+            }),
+            display_units: display_unit(unit).into_iter().collect(),
+        })
+        .collect()
+}
+
+/// What people read instead of rad and m/s.
+fn display_unit(unit: &Unit) -> Option<DisplayUnit> {
+    let (name, factor) = match *unit {
+        quantity::RAD => ("deg", 1_f64.to_degrees()),
+        quantity::RAD_PER_S => ("deg/s", 1_f64.to_degrees()),
+        quantity::RAD_PER_S2 => ("deg/s2", 1_f64.to_degrees()),
+        quantity::M_PER_S => ("km/h", 3.6),
+        _ => return None,
+    };
+    Some(DisplayUnit {
+        name: name.to_owned(),
+        factor,
+        offset: 0.0,
+    })
+}
+
+/// The choices of `formulation`, numbered from 1.
+fn formulations() -> SimpleType {
+    SimpleType {
+        name: FORMULATION_TYPE.to_owned(),
+        description: Some("How the equations are read".to_owned()),
+        definition: TypeDefinition::Enumeration(EnumerationType {
+            quantity: None,
+            items: Formulation::ALL
+                .into_iter()
+                .map(|formulation| Item {
+                    name: formulation.name().to_owned(),
+                    value: formulation_value(formulation),
+                    description: Some(formulation.what().to_owned()),
+                })
+                .collect(),
+        }),
+    }
+}
+
+/// The value a formulation travels as.
+pub(crate) fn formulation_value(formulation: Formulation) -> i32 {
+    formulation as i32 + 1
+}
+
+/// The formulation that travels as `value`.
+pub(crate) fn formulation_of(value: i32) -> Option<Formulation> {
+    Formulation::ALL
+        .into_iter()
+        .find(|&formulation| formulation_value(formulation) == value)
+}
+
+fn variable(row: Row) -> ScalarVariable {
+    match (row, row.quantity()) {
+        (Row::Parameter(_), Some(quantity)) => {
+            let variability = match quantity.variability {
+                quantity::Variability::Tunable => Variability::Tunable,
+                quantity::Variability::Fixed | quantity::Variability::Continuous => {
+                    Variability::Fixed
+                }
+            };
+            real(row, quantity, Causality::Parameter, variability, true)
+        }
+        (Row::Input(_), Some(quantity)) => real(
+            row,
+            quantity,
+            Causality::Input,
+            Variability::Continuous,
+            true,
+        ),
+        (_, Some(quantity)) => real(
+            row,
+            quantity,
+            Causality::Output,
+            Variability::Continuous,
+            false,
+        ),
+        (Row::Formulation, None) => ScalarVariable {
+            name: "formulation".to_owned(),
+            value_reference: row.reference(),
+            description: Some("How the equations are read".to_owned()),
+            causality: Causality::Parameter,
+            variability: Variability::Fixed,
+            initial: None,
+            variable_type: VariableType::Enumeration(EnumerationVariable {
+                declared_type: FORMULATION_TYPE.to_owned(),
+                start: Some(formulation_value(Formulation::default())),
+                ..EnumerationVariable::default()
+            }),
+        },
+        (_, None) => ScalarVariable {
+            name: "time".to_owned(),
+            value_reference: row.reference(),
+            description: Some("Time".to_owned()),
+            causality: Causality::Independent,
+            variability: Variability::Continuous,
+            initial: None,
+            variable_type: VariableType::Real(RealVariable {
+                unit: Some(quantity::S.symbol.to_owned()),
+                ..RealVariable::default()
+            }),
+        },
+    }
+}
+
+fn real(
+    row: Row,
+    quantity: &Quantity,
+    causality: Causality,
+    variability: Variability,
+    starts: bool,
+) -> ScalarVariable {
+    ScalarVariable {
+        name: quantity.name.to_owned(),
+        value_reference: row.reference(),
+        description: Some(format!("{} ({})", quantity.what, quantity.symbol)),
+        causality,
+        variability,
+        initial: None,
+        variable_type: VariableType::Real(RealVariable {
+            unit: Some(quantity.unit.symbol.to_owned()),
+            display_unit: display_unit(&quantity.unit).map(|display| display.name),
+            min: quantity.min.is_finite().then_some(quantity.min),
+            max: quantity.max.is_finite().then_some(quantity.max),
+            start: starts.then_some(quantity.nominal),
+            ..RealVariable::default()
+        }),
+    }
+}
+
+/// Every output; all of them are computed in initialization mode.
+fn structure() -> ModelStructure {
+    let unknowns = |dependencies: Vec<Vec<u32>>| {
+        (0..Output::LEN)
+            .zip(dependencies)
+            .map(|(row, dependencies)| Unknown {
+                index: Row::Output(row).index(),
+                dependencies: Some(dependencies),
+                dependencies_kind: None,
+            })
+            .collect()
+    };
+    ModelStructure {
+        outputs: unknowns(dependencies::at_communication_points()),
+        derivatives: Vec::new(),
+        initial_unknowns: unknowns(dependencies::at_the_start()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use expect_test::expect_file;
+
+    #[test]
+    fn the_golden_file_is_up_to_date() {
+        let xml = description().to_xml().expect("writable");
+        expect_file!["../modelDescription.xml"].assert_eq(&xml);
+    }
+
+    #[test]
+    fn every_unit_a_variable_has_is_defined() {
+        let description = description();
+        for variable in &description.variables {
+            if let Some(name) = variable.unit() {
+                let unit = description.units.iter().find(|unit| unit.name == name);
+                assert!(unit.is_some(), "{}: {name}", variable.name);
+            }
+        }
+    }
+
+    #[test]
+    fn formulations_travel_as_their_number() {
+        for formulation in Formulation::ALL {
+            let value = formulation_value(formulation);
+            assert_eq!(formulation_of(value), Some(formulation));
+        }
+        assert_eq!(formulation_of(0), None);
+        assert_eq!(formulation_of(4), None);
+    }
+}

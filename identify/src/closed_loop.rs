@@ -1,0 +1,294 @@
+//! The model spectrum: statistical linearisation of bicycle and rider under the rider's remnant.
+//!
+//! Each term that is not smooth or not nearly linear is replaced by its mean gain E[∂f/∂x] under
+//! N(0, P), P the stationary covariance of the loop so linearised, until both agree. (The Jacobian
+//! at upright of a smoothed jump would be wrong by factors of 4 to 17.) Roberts & Spanos 2003,
+//! *Random Vibration and Statistical Linearization*, ch. 5.
+
+use crate::error::{Error, Result};
+use crate::spectrum::Kernel;
+use bicycle::linear::{self, Apart, StateMatrix};
+use bicycle::{Formulation, Input, Parameters, State};
+use nalgebra::{Complex, DMatrix, Matrix5, SMatrix, SVector, Vector5};
+use std::f64::consts::{FRAC_2_PI, TAU};
+
+/// Indices into the state vector.
+const STEER_RATE: usize = 1;
+const STEER: usize = 3;
+const YAW_RATE: usize = 4;
+
+/// Above this steering \[rad rms\] the linearisation has not been checked.
+pub const STEER_CHECKED: f64 = 5.0 * std::f64::consts::PI / 180.0;
+
+/// What a measured channel is to the model: an entry of the state.
+pub fn state_index(channel: &str) -> Option<usize> {
+    State::index(channel)
+}
+
+/// A deterministic line as the loop sees it: its frequency and the steer amplitude it leaves.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LineMotion {
+    /// Frequency \[Hz\].
+    pub frequency: f64,
+    /// Amplitude of the steer angle \[rad\].
+    pub steer_amplitude: f64,
+}
+
+/// What drives the loop.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Drive {
+    /// Speed [m/s].
+    pub speed: f64,
+    /// Remnant: first-order low-pass torque noise, rms [N m].
+    pub remnant_intensity: f64,
+    /// Its corner \[Hz\].
+    pub remnant_corner: f64,
+    /// Deterministic lines besides.
+    pub lines: Vec<LineMotion>,
+}
+
+/// Bicycle and rider, linearised about the motion the remnant makes.
+#[derive(Debug, Clone)]
+pub struct ClosedLoop {
+    state: StateMatrix,
+    torque: Vector5<f64>,
+    /// Covariance of the state, lines included.
+    pub covariance: Matrix5<f64>,
+    drive: Drive,
+}
+
+/// √(2/π): mean gain of a sign is √(2/π)/σ.
+fn root_2_pi() -> f64 {
+    FRAC_2_PI.sqrt()
+}
+
+/// The σ in the mean gain of a sign smoothed over `width`: exact for σ → 0 and σ → ∞.
+fn spread(variance: f64, width: f64) -> f64 {
+    (variance + FRAC_2_PI * width * width).sqrt()
+}
+
+/// E[1/(1 + s² z²)] for standard normal z: the mean gain of an arctangent. The trapezoidal rule
+/// converges geometrically here; 1e-12 up to s = 1.
+fn arctangent_gain(s: f64) -> f64 {
+    let h = 0.2;
+    let term = |k: i32| {
+        let z = h * f64::from(k);
+        (-0.5 * z * z).exp() / (1.0 + s * s * z * z)
+    };
+    h / TAU.sqrt() * (-40..=40).map(term).sum::<f64>()
+}
+
+/// The loop with the mean gains of a covariance `p`.
+fn with_gains(parts: &Apart, b: &Parameters, speed: f64, p: &Matrix5<f64>) -> StateMatrix {
+    let mut a = parts.state;
+    let friction = root_2_pi() / spread(p[(STEER_RATE, STEER_RATE)], b.steer_rate_smoothing);
+    let mut column = a.column_mut(STEER_RATE);
+    column += parts.steer_rate_sign * friction;
+
+    let slope = b.wheelbase / speed;
+    let path = arctangent_gain(slope * p[(YAW_RATE, YAW_RATE)].sqrt());
+    let mut column = a.column_mut(YAW_RATE);
+    column += parts.path_angle * (slope * path);
+
+    // f_i = sign θ · ½ xᵀ H x:  E[∂f_i/∂x] = E[sign θ H x] + E[2 δ(θ) ½ xᵀ H x] e_θ
+    let sigma = spread(p[(STEER, STEER)], b.steer_smoothing);
+    let with_steer = p.column(STEER).clone_owned();
+    let given_steer = p - with_steer * with_steer.transpose() / (sigma * sigma);
+    for (i, h) in parts.steer_sign.iter().enumerate() {
+        let mut row = a.row_mut(i);
+        row += (h * with_steer).transpose() * (root_2_pi() / sigma);
+        row[STEER] += (h * given_steer).trace() / (TAU.sqrt() * sigma);
+    }
+    a
+}
+
+/// P of `ẋ = A x + B n`, n first-order noise of corner `rate` [1/s] and variance 1: the upper left
+/// of the solution of A₆ P + P A₆ᵀ + Q = 0, in its 21 different entries.
+fn stationary(a: &StateMatrix, b: &Vector5<f64>, rate: f64) -> Option<Matrix5<f64>> {
+    let mut a6 = SMatrix::<f64, 6, 6>::zeros();
+    a6.fixed_view_mut::<5, 5>(0, 0).copy_from(a);
+    a6.fixed_view_mut::<5, 1>(0, 5).copy_from(b);
+    a6[(5, 5)] = -rate;
+    let index = |i: usize, j: usize| {
+        let (i, j) = (i.min(j), i.max(j));
+        i * 6 - i * (i + 1) / 2 + j
+    };
+    let mut system = SMatrix::<f64, 21, 21>::zeros();
+    let mut right = SVector::<f64, 21>::zeros();
+    for i in 0..6 {
+        for j in i..6 {
+            let row = index(i, j);
+            for k in 0..6 {
+                system[(row, index(k, j))] += a6[(i, k)];
+                system[(row, index(k, i))] += a6[(j, k)];
+            }
+        }
+    }
+    right[index(5, 5)] = -2.0 * rate;
+    let p = system.lu().solve(&right)?;
+    let p = Matrix5::from_fn(|i, j| p[index(i, j)]);
+    (p.iter().all(|v| v.is_finite()) && p.cholesky().is_some()).then_some(p)
+}
+
+impl ClosedLoop {
+    /// The loop of `parameters` under `drive`. With `effective_damping` [N m s/rad] given, it
+    /// stands for viscous and Coulomb friction together.
+    pub fn new(
+        parameters: &Parameters,
+        formulation: Formulation,
+        drive: &Drive,
+        effective_damping: Option<f64>,
+    ) -> Result<Self> {
+        let mut parameters = *parameters;
+        if let Some(damping) = effective_damping {
+            (parameters.viscous_friction, parameters.coulomb_friction) = (damping, 0.0);
+        }
+        let parts = linear::apart(&parameters, formulation, drive.speed);
+        let torque = parts.input.column(Input::index("steer_torque").expect("a row")).into_owned();
+        // begin with friction at a steer rate of .3 rad/s rms and everything else linear
+        let mut covariance = Matrix5::zeros();
+        covariance[(STEER_RATE, STEER_RATE)] = 0.09;
+        let mut state;
+        let mut pass = 0;
+        loop {
+            state = with_gains(&parts, &parameters, drive.speed, &covariance);
+            let unstable = || {
+                let worst = linear::eigenvalues(&state)[0];
+                Error::Unstable { growth: worst.re, frequency: worst.im.abs() / TAU }
+            };
+            let mut next = stationary(&state, &torque, TAU * drive.remnant_corner)
+                .ok_or_else(unstable)?
+                * drive.remnant_intensity.powi(2);
+            for line in &drive.lines {
+                let x = response(&state, &torque, line.frequency).ok_or_else(unstable)?;
+                let x = x * Complex::from(line.steer_amplitude / x[STEER].norm());
+                next += Matrix5::from_fn(|i, j| 0.5 * (x[i] * x[j].conj()).re);
+            }
+            let change = (next - covariance).norm() / next.norm();
+            covariance = next;
+            pass += 1;
+            // Six passes give the spectrum to a per mille; the derivatives by differences, and
+            // with them the verdict on what is singular, want the fixed point itself.
+            if change < 1e-13 || pass == 60 {
+                return Ok(Self { state, torque, covariance, drive: drive.clone() });
+            }
+        }
+    }
+
+    /// Standard deviation of a state, lines included \[SI\].
+    pub fn deviation(&self, index: usize) -> f64 {
+        self.covariance[(index, index)].sqrt()
+    }
+
+    /// σ_θ̇ [rad/s], the steer rate's standard deviation.
+    pub fn steer_rate_deviation(&self) -> f64 {
+        self.deviation(STEER_RATE)
+    }
+
+    /// σ_θ \[rad\], the steer angle's standard deviation.
+    pub fn steer_deviation(&self) -> f64 {
+        self.deviation(STEER)
+    }
+
+    /// Two-sided spectral density [(N m)²/Hz] of the remnant at `f` \[Hz\].
+    fn remnant_density(&self, f: f64) -> f64 {
+        let (rate, omega) = (TAU * self.drive.remnant_corner, TAU * f);
+        self.drive.remnant_intensity.powi(2) * 2.0 * rate / (rate * rate + omega * omega)
+    }
+
+    /// Expected cross-powers of the states `channels` in each bin of `kernel`, white noise of
+    /// standard deviation `noise` \[SI\] and step `step` \[s\] added: one Hermitian matrix a bin.
+    pub fn expected(
+        &self,
+        kernel: &Kernel,
+        channels: &[usize],
+        noise: &[f64],
+        step: f64,
+    ) -> Vec<DMatrix<Complex<f64>>> {
+        let n = channels.len();
+        let responses: Vec<_> = kernel
+            .frequencies
+            .iter()
+            .map(|&f| {
+                let x = response(&self.state, &self.torque, f).unwrap_or_else(Vector5::zeros);
+                x * Complex::from(self.remnant_density(f).sqrt())
+            })
+            .collect();
+        let mut density = vec![0.0; kernel.frequencies.len()];
+        let mut expect = |i: usize, j: usize, part: fn(Complex<f64>) -> f64| {
+            for (d, x) in density.iter_mut().zip(&responses) {
+                *d = part(x[channels[i]] * x[channels[j]].conj());
+            }
+            if i == j || part(Complex::i()) == 0.0 {
+                kernel.expect_real(&density)
+            } else {
+                kernel.expect_imaginary(&density)
+            }
+        };
+        let mut bins: Vec<DMatrix<Complex<f64>>> = Vec::new();
+        for i in 0..n {
+            for j in 0..=i {
+                let real = expect(i, j, |z| z.re);
+                let imaginary = if i == j { vec![0.0; real.len()] } else { expect(i, j, |z| z.im) };
+                bins.resize(real.len(), DMatrix::zeros(n, n));
+                for (bin, (re, im)) in bins.iter_mut().zip(real.into_iter().zip(imaginary)) {
+                    let white = if i == j { noise[i] * noise[i] * step } else { 0.0 };
+                    bin[(i, j)] = Complex::new(re + white, im);
+                    bin[(j, i)] = bin[(i, j)].conj();
+                }
+            }
+        }
+        bins
+    }
+}
+
+/// (2πif − A)⁻¹ B.
+fn response(a: &StateMatrix, b: &Vector5<f64>, f: f64) -> Option<Vector5<Complex<f64>>> {
+    let mut m = a.map(|v| Complex::new(-v, 0.0));
+    for i in 0..5 {
+        m[(i, i)] += Complex::new(0.0, TAU * f);
+    }
+    m.lu().solve(&b.map(Complex::from))
+}
+
+#[cfg(test)]
+mod tests {
+    #![expect(clippy::unwrap_used, reason = "a failed step is a failed test")]
+    use super::*;
+
+    #[test]
+    fn the_arctangents_gain_is_the_gaussian_mean() {
+        assert!((arctangent_gain(0.0) - 1.0).abs() < 1e-12);
+        // √(π/2)/s e^{1/2s²} erfc(1/(√2 s)) at s = 1 and ½, by 30-digit arithmetic
+        assert!((arctangent_gain(1.0) - 0.655_679_542_418_798_6).abs() < 1e-11);
+        assert!((arctangent_gain(0.5) - 0.842_738_458_576_109_3).abs() < 1e-11);
+    }
+
+    #[test]
+    fn the_stationary_covariance_solves_lyapunov() {
+        let bicycle = Parameters::default();
+        let parts = linear::apart(&bicycle, Formulation::Repaired, 2.2);
+        let a = with_gains(&parts, &bicycle, 2.2, &(Matrix5::identity() * 1e-3));
+        let b = parts.input.column(1).into_owned();
+        let p = stationary(&a, &b, 12.0).unwrap();
+        // with the noise's own row eliminated: c = −(A − r)⁻¹ B, A P + P Aᵀ + B cᵀ + c Bᵀ = 0
+        let c = -(a - StateMatrix::identity() * 12.0).lu().solve(&b).unwrap();
+        let rest = a * p + p * a.transpose() + b * c.transpose() + c * b.transpose();
+        assert!(rest.norm() < 1e-9 * (a * p).norm(), "{rest}");
+    }
+
+    #[test]
+    fn an_unstable_loop_is_named() {
+        let rideless = Parameters {
+            rider_roll_gain: 0.0,
+            rider_roll_rate_gain: 0.0,
+            rider_steer_gain: 0.0,
+            rider_steer_rate_gain: 0.0,
+            ..Parameters::default()
+        };
+        let drive =
+            Drive { speed: 2.2, remnant_intensity: 1.0, remnant_corner: 2.0, lines: Vec::new() };
+        let error = ClosedLoop::new(&rideless, Formulation::Repaired, &drive, None).unwrap_err();
+        assert!(matches!(error, Error::Unstable { growth, .. } if growth > 1.0), "{error}");
+    }
+}

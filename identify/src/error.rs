@@ -1,0 +1,429 @@
+//! What can go wrong between a file and a result: one enum for the crate.
+//!
+//! Messages say where, what was found and what was expected, with units. A cause is part of the
+//! message, not a `source()`, so that a chain prints each fact once.
+
+use crate::ride::Span;
+
+/// A result of this crate.
+pub type Result<T> = std::result::Result<T, Error>;
+
+/// An error of this crate, grouped by where it arises.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+#[expect(
+    missing_docs,
+    reason = "the messages say what the fields are; numbers are SI"
+)]
+pub enum Error {
+    // ── context ────────────────────────────────────────────────────────────────────────────
+    /// Any error inside a file.
+    #[error("{file}: {cause}")]
+    InFile { file: String, cause: Box<Error> },
+    /// Any error in what was typed on the command line.
+    #[error("{argument}: {cause}")]
+    Argument { argument: String, cause: Box<Error> },
+
+    // ── files ──────────────────────────────────────────────────────────────────────────────
+    /// A file that cannot be read.
+    #[error("{file}: cannot be read: {cause}")]
+    Read { file: String, cause: std::io::Error },
+    /// A file that cannot be written.
+    #[error("{file}: cannot be written: {cause}")]
+    Write { file: String, cause: std::io::Error },
+    /// A TOML file that is not what it should be.
+    #[error("{file}, row {row}: {message}")]
+    Toml {
+        file: String,
+        row: usize,
+        message: String,
+    },
+
+    /// A JSON file that is not what it should be.
+    #[error("{file}, row {row}: {message}")]
+    Json {
+        file: String,
+        row: usize,
+        message: String,
+    },
+
+    // ── units and names ────────────────────────────────────────────────────────────────────
+    /// A text that is neither a number nor a number with a unit.
+    #[error("{what}: expected a number or a number with a unit, found `{found}`")]
+    Number { what: String, found: String },
+    /// A unit that does not exist here.
+    #[error("{what}: expected a unit such as {expected}, found `{found}`")]
+    UnknownUnit {
+        what: String,
+        expected: &'static str,
+        found: String,
+    },
+    /// A unit of another dimension.
+    #[error("{what}: expected a unit of the dimension of {expected}, found `{found}`")]
+    WrongUnit {
+        what: String,
+        expected: &'static str,
+        found: String,
+    },
+    /// A value outside the range of its row.
+    #[error("{name}: expected {min} to {max} {unit}, found {value} {unit}")]
+    OutOfRange {
+        name: String,
+        value: f64,
+        min: f64,
+        max: f64,
+        unit: &'static str,
+    },
+    /// A name that no table has.
+    #[error("unknown {kind} `{name}`; nearest: {}", nearest.join(", "))]
+    Unknown {
+        kind: &'static str,
+        name: String,
+        nearest: Vec<String>,
+    },
+    /// An argument that is not of the form asked for.
+    #[error("expected {expected}, found `{found}`")]
+    Form {
+        expected: &'static str,
+        found: String,
+    },
+
+    // ── ride files ─────────────────────────────────────────────────────────────────────────
+    /// A ride file that is no text.
+    #[error("{file}: expected text, found a zero byte at offset {offset} (UTF-16 or binary?)")]
+    NotText { file: String, offset: usize },
+    /// A ride with fewer than two samples.
+    #[error("{file}: expected a header and at least 2 rows of numbers, found {found}")]
+    TooFew { file: String, found: &'static str },
+    /// A header that cannot be used.
+    #[error("{file}, row {row}: {cause}")]
+    Header {
+        file: String,
+        row: usize,
+        cause: Box<Error>,
+    },
+    /// Numbers where the names of the columns should be.
+    #[error("expected a header with names such as steer[deg], found `{found}`")]
+    NoHeader { found: String },
+    /// Two columns for the same thing.
+    #[error("column `{name}` appears twice")]
+    Repeated { name: String },
+    /// A foreign or mistyped column in a file read without a map.
+    #[error(
+        "unknown column `{name}`; nearest: {}; a file with other columns needs a map (--map)",
+        nearest.join(", ")
+    )]
+    UnknownColumn { name: String, nearest: Vec<String> },
+    /// A row with too few or too many cells.
+    #[error("{file}, row {row}: expected {expected} cells, found {found}")]
+    Cells {
+        file: String,
+        row: usize,
+        expected: usize,
+        found: usize,
+    },
+    /// A cell that is no finite number.
+    #[error("{file}, row {row}: expected a number in column `{column}`, found {found}")]
+    Cell {
+        file: String,
+        row: usize,
+        column: String,
+        found: String,
+    },
+    /// Neither a time column nor a sampling rate.
+    #[error("{file}: expected a time column or a sampling rate (--rate), found neither")]
+    NoTime { file: String },
+    /// Time that stands still or runs backwards.
+    #[error("{file}, row {row}: expected a time after {previous} s, found {found} s")]
+    TimeOrder {
+        file: String,
+        row: usize,
+        found: f64,
+        previous: f64,
+    },
+    /// A gap in the record.
+    #[error(
+        "{file}, row {row}: time step {found} s, expected {expected} s; \
+         {hint}"
+    )]
+    TimeStep {
+        file: String,
+        row: usize,
+        found: f64,
+        expected: f64,
+        hint: &'static str,
+    },
+    /// A sampling rate that contradicts the time column.
+    #[error("{file}: expected {expected} Hz as given, found {found} Hz in the time column")]
+    Rate {
+        file: String,
+        expected: f64,
+        found: f64,
+    },
+
+    // ── rides ──────────────────────────────────────────────────────────────────────────────
+    /// A channel the ride does not have.
+    #[error("{ride}: no channel `{name}`; it has {}", has.join(", "))]
+    NoChannel {
+        ride: String,
+        name: String,
+        has: Vec<&'static str>,
+    },
+    /// A channel of another length than the ride.
+    #[error("channel `{name}`: expected {expected} samples, found {found}")]
+    Length {
+        name: String,
+        expected: usize,
+        found: usize,
+    },
+    /// A sample that is not finite.
+    #[error("channel `{name}`: expected finite samples, found {found} at sample {sample}")]
+    NotFinite {
+        name: String,
+        sample: usize,
+        found: f64,
+    },
+    /// A channel that says nothing.
+    #[error("{ride}: expected a signal in channel `{name}`, found {value} {unit} throughout")]
+    Constant {
+        ride: String,
+        name: String,
+        value: f64,
+        unit: &'static str,
+    },
+    /// A bicycle that stands.
+    #[error("{ride}: expected a speed above {threshold} m/s, found standstill in {span}")]
+    Standstill {
+        ride: String,
+        threshold: f64,
+        span: Span,
+    },
+    /// A window that the ride does not cover.
+    #[error(
+        "{ride}: expected a window of at least 2 samples within {from} to {to} s, \
+         found {start} to {stop} s"
+    )]
+    Window {
+        ride: String,
+        start: f64,
+        stop: f64,
+        from: f64,
+        to: f64,
+    },
+    /// A ride shorter than what is to be done with it.
+    #[error("{ride}: expected at least {expected} s, found {found} s")]
+    Short {
+        ride: String,
+        expected: f64,
+        found: f64,
+    },
+
+    // ── maps and bicycles ──────────────────────────────────────────────────────────────────
+    /// A calibration that maps everything to one value.
+    #[error(
+        "{channel}: expected a finite scale other than 0 and a finite offset, found scale {scale}, offset {offset}"
+    )]
+    Calibration {
+        channel: String,
+        scale: f64,
+        offset: f64,
+    },
+    /// A key that a section of a bicycle file must have.
+    #[error("{section}: expected `{key}`, found none")]
+    Missing {
+        section: &'static str,
+        key: &'static str,
+    },
+    /// A bicycle file without exactly one description of its masses.
+    #[error("expected exactly one of {expected}, found {found}")]
+    Masses {
+        expected: &'static str,
+        found: usize,
+    },
+    /// A row given twice: determined by the masses and given besides.
+    #[error("{name}: given under [parameters] and determined by {by}")]
+    Overdetermined {
+        name: &'static str,
+        by: &'static str,
+    },
+    /// A rider who cannot be put on.
+    #[error("bicycle {bicycle}: a rider cannot be put on: {why}")]
+    Rider { bicycle: String, why: &'static str },
+
+    // ── spectra and fits ───────────────────────────────────────────────────────────────────
+    /// A band that is none.
+    #[error("band: expected 0 <= low < high <= {nyquist} Hz (Nyquist), found {low} to {high} Hz")]
+    Band { low: f64, high: f64, nyquist: f64 },
+    /// A moving average that does not fit the record.
+    #[error("moving average: expected {} s to {duration} s (the record), found {average} s", 2.0 * step)]
+    Average {
+        average: f64,
+        duration: f64,
+        step: f64,
+    },
+    /// A band in which no bin is left.
+    #[error("band {low} to {high} Hz: no unmasked bin in it, bins are {width:.3} Hz apart")]
+    NoBins { low: f64, high: f64, width: f64 },
+    /// Fewer observations than free parameters.
+    #[error("expected more observations than the {free} free parameters, found {found}")]
+    TooFewObservations { free: usize, found: usize },
+    /// A bicycle that cannot be simulated or linearised with these parameters.
+    #[error("{0}")]
+    Refused(#[from] bicycle::simulate::Refusal),
+    /// A simulated ride that ended early.
+    #[error("the simulated ride ended early: {0}")]
+    Stopped(#[from] bicycle::simulate::Stop),
+    /// A closed loop without a steady spectrum.
+    #[error(
+        "expected a stable closed loop, found growth of {growth:.2} 1/s at {frequency:.2} Hz: \
+         rider gains, speed or trail do not let this bicycle stand"
+    )]
+    Unstable { growth: f64, frequency: f64 },
+    /// Windows too long for an unstable bicycle.
+    #[error(
+        "window: expected at most {limit:.2} s, found {window} s: the bicycle without its rider \
+         has the eigenvalue {re:+.2} ± {im:.2}i 1/s, and errors of the start grow by e^1.5 in that time"
+    )]
+    WindowTooLong {
+        window: f64,
+        limit: f64,
+        re: f64,
+        im: f64,
+    },
+    /// A free parameter that changes nothing.
+    #[error(
+        "free parameter `{name}` does not influence the {objective} objective of this ride: {why}"
+    )]
+    NoInfluence {
+        name: String,
+        objective: &'static str,
+        why: &'static str,
+    },
+    /// Bounds the wrong way round, or outside the row's range.
+    #[error(
+        "bounds of `{name}`: expected lower < upper within {min} to {max} {unit}, found {lower} to {upper}"
+    )]
+    Bounds {
+        name: String,
+        lower: f64,
+        upper: f64,
+        min: f64,
+        max: f64,
+        unit: &'static str,
+    },
+    /// A search that its library gave up.
+    #[error("the search failed: {0}")]
+    Search(String),
+    /// A start from which nothing can be computed.
+    #[error(
+        "no start found from which the {objective} objective can be computed; the last one: {cause}"
+    )]
+    NoStart {
+        objective: &'static str,
+        cause: String,
+    },
+}
+
+impl Error {
+    /// This error as one of what was typed: `argument` as typed.
+    #[must_use]
+    pub fn typed(self, argument: impl Into<String>) -> Self {
+        Self::Argument {
+            argument: argument.into(),
+            cause: Box::new(self),
+        }
+    }
+
+    /// This error as one inside `file`.
+    #[must_use]
+    pub fn in_file(self, file: impl Into<String>) -> Self {
+        Self::InFile {
+            file: file.into(),
+            cause: Box::new(self),
+        }
+    }
+
+    /// A name that none of `known` is, with the nearest of them.
+    pub fn unknown<'a>(
+        kind: &'static str,
+        name: &str,
+        known: impl IntoIterator<Item = &'a str>,
+    ) -> Self {
+        Self::Unknown {
+            kind,
+            name: name.into(),
+            nearest: nearest(name, known),
+        }
+    }
+
+    /// Whether the fault is in what was typed on the command line (exit code 2).
+    pub fn is_typed(&self) -> bool {
+        matches!(self, Self::Argument { .. })
+    }
+}
+
+/// Those of `known` that are most like `name`, best first: at most three, at least one.
+pub fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Vec<String> {
+    let name = name.to_lowercase();
+    let likeness = |k: &str| {
+        let part = !name.is_empty() && (k.contains(&name) || name.contains(k));
+        strsim::normalized_damerau_levenshtein(&name, k).max(if part { 0.7 } else { 0.0 })
+    };
+    let mut scored: Vec<(f64, &str)> = known
+        .into_iter()
+        .map(|k| (likeness(&k.to_lowercase()), k))
+        .collect();
+    // stable: equals keep the order of the table
+    scored.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let alike = scored
+        .iter()
+        .filter(|(likeness, _)| *likeness > 0.5)
+        .count()
+        .clamp(1, 3);
+    scored
+        .into_iter()
+        .take(alike)
+        .map(|(_, k)| k.to_owned())
+        .collect()
+}
+
+/// A TOML parser's complaint about `text`, as one line with its row.
+pub(crate) fn toml(file: &str, text: &str, error: &::toml::de::Error) -> Error {
+    let before = error.span().map_or(0, |span| span.start.min(text.len()));
+    Error::Toml {
+        file: file.into(),
+        row: text[..before].split('\n').count(),
+        message: error.message().replace('\n', "; "),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_misspelt_name_finds_its_neighbours() {
+        assert_eq!(nearest("trial", ["steer", "trail", "roll"]), ["trail"]);
+        assert_eq!(
+            nearest("Steer", ["roll", "steer_rate", "steer"]),
+            ["steer", "steer_rate"]
+        );
+        assert_eq!(
+            nearest("stiffness", ["trail", "camber_stiffness"]),
+            ["camber_stiffness"]
+        );
+        assert_eq!(nearest("", ["trail", "speed"]), ["trail"]);
+    }
+
+    #[test]
+    fn typed_errors_are_told_from_others() {
+        let unknown = || Error::unknown("parameter", "trial", ["trail"]);
+        assert!(!unknown().is_typed());
+        let typed = unknown().typed("--set trial=3");
+        assert!(typed.is_typed());
+        assert_eq!(
+            typed.to_string(),
+            "--set trial=3: unknown parameter `trial`; nearest: trail"
+        );
+    }
+}

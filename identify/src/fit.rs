@@ -1,0 +1,443 @@
+//! A fit: one ride, one objective, some free parameters → values, uncertainty, verdicts.
+
+use crate::error::{Error, Result};
+use crate::free::{Candidate, Free};
+use crate::objective::amplitude::Amplitude;
+use crate::objective::spectral::{Measured, Spectral};
+use crate::objective::time::{Replay, Time};
+use crate::objective::whittle::Whittle;
+use crate::objective::{Information, Objective, Unknowns};
+use crate::ride::Ride;
+use crate::solver::{Landscape, Limits, Outcome, minimise};
+use crate::spectrum::{Recipe, Taper};
+use crate::verdict::{Estimate, judge};
+use bicycle::{Excitation, Formulation, Parameters};
+use nalgebra::DVector;
+use serde::{Deserialize, Serialize};
+use std::f64::consts::FRAC_2_PI;
+
+/// What is asked of a fit. `None` leaves the choice to what the ride has recorded.
+#[derive(Debug, Clone)]
+pub struct Plan {
+    /// The bicycle; free parameters start at its values.
+    pub parameters: Parameters,
+    /// How the equations are read.
+    pub formulation: Formulation,
+    /// Speed [m/s] where the ride does not record it.
+    pub speed: f64,
+    /// What drives an unmeasured torque; intensity and effective damping are where they start.
+    pub excitation: Excitation,
+    /// The objective.
+    pub objective: Option<Objective>,
+    /// Names of the channels.
+    pub channels: Option<Vec<&'static str>>,
+    /// The free parameters.
+    pub free: Option<Vec<Free>>,
+    /// How spectra are taken; the taper follows from the number of channels.
+    pub recipe: Recipe,
+    /// Length of a window of the `time` objective \[s\].
+    pub window: f64,
+    /// Standard deviation of the noise of each channel \[SI\]; else estimated above 10 Hz.
+    pub noise: Option<Vec<f64>>,
+    /// Most iterations of a search.
+    pub max_iterations: u64,
+}
+
+impl Default for Plan {
+    fn default() -> Self {
+        Self {
+            parameters: Parameters::default(),
+            formulation: Formulation::default(),
+            speed: bicycle::Input::default().speed,
+            excitation: Excitation { remnant_intensity: 1.0, ..Excitation::default() },
+            objective: None,
+            channels: None,
+            free: None,
+            recipe: Recipe::default(),
+            window: 0.5,
+            noise: None,
+            max_iterations: 100,
+        }
+    }
+}
+
+/// The work a fit took.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Work {
+    /// Iterations of the search.
+    pub iterations: u64,
+    /// Evaluations of the cost.
+    pub cost_evaluations: u64,
+    /// Evaluations of gradient and curvature.
+    pub curvature_evaluations: u64,
+    /// Searches: the weights of `amplitude` are renewed between them.
+    pub passes: u64,
+}
+
+/// What came out.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Fit {
+    /// The objective.
+    pub objective: Objective,
+    /// The channels it looked at.
+    pub channels: Vec<String>,
+    /// Standard deviation of each channel's noise, given or estimated \[SI\].
+    pub noise: Vec<f64>,
+    /// The free parameters.
+    pub parameters: Vec<Estimate>,
+    /// Their correlations, in the same order.
+    pub correlation: Vec<Vec<f64>>,
+    /// Least cost: ½ Σ r² of `amplitude` and `time`, −log L of `whittle`.
+    pub cost: f64,
+    /// Mean square of what should have unit variance: 1 where the model is true.
+    pub misfit: f64,
+    /// Number of observations.
+    pub observations: usize,
+    /// The replay against the record, channel by channel (`time` only).
+    pub replays: Vec<Replay>,
+    /// Why the search ended.
+    pub termination: String,
+    /// Whether it converged.
+    pub converged: bool,
+    /// The work it took.
+    pub work: Work,
+    /// What a reader should know: assumptions, warnings, implications.
+    pub notes: Vec<String>,
+}
+
+impl Fit {
+    /// The row called `name`.
+    pub fn estimate(&self, name: &str) -> Option<&Estimate> {
+        self.parameters.iter().find(|p| p.name == name)
+    }
+
+    /// `start` with the estimates in place of the free parameters.
+    pub fn candidate(&self, start: &Candidate) -> Result<Candidate> {
+        let mut candidate = start.clone();
+        for estimate in &self.parameters {
+            candidate.set(&Free::new(&estimate.name)?, estimate.value);
+        }
+        Ok(candidate)
+    }
+}
+
+/// The channels that spectra look at, in the order of the likelihood.
+const SPECTRAL: [&str; 3] = ["steer", "roll_rate", "yaw_rate"];
+
+/// What a plan means for a ride: every choice made.
+pub struct Resolved {
+    /// The objective.
+    pub objective: Objective,
+    /// The channels.
+    pub channels: Vec<&'static str>,
+    /// What is sought.
+    pub unknowns: Unknowns,
+    /// How spectra are taken.
+    pub recipe: Recipe,
+}
+
+/// Makes the choices a plan leaves open. With the torque recorded: `time`, all four parameters.
+/// Without: `whittle` where roll and yaw rate are recorded, else `amplitude` of the steering; of
+/// the friction then only the effective damping is sought.
+pub fn resolve(ride: &Ride, plan: &Plan) -> Result<Resolved> {
+    let has = |name: &&&'static str| ride.has(name);
+    let three = SPECTRAL.iter().all(|name| ride.has(name));
+    let objective = plan.objective.unwrap_or(match (ride.has("steer_torque"), three) {
+        (true, _) => Objective::Time,
+        (false, true) => Objective::Whittle,
+        (false, false) => Objective::Amplitude,
+    });
+    let channels = plan.channels.clone().unwrap_or_else(|| match objective {
+        Objective::Amplitude => vec!["steer"],
+        Objective::Whittle | Objective::Time => SPECTRAL.iter().filter(has).copied().collect(),
+    });
+    for channel in &channels {
+        ride.channel(channel)?;
+    }
+    let mut free = match &plan.free {
+        Some(free) => free.clone(),
+        None => {
+            let names: &[&str] = match (objective, channels.len()) {
+                (Objective::Time, _) => &crate::free::ALL,
+                (_, 3..) => &["cornering_stiffness", "camber_stiffness", "effective_damping"],
+                _ => &["effective_damping"],
+            };
+            names.iter().map(|name| Free::new(name)).collect::<Result<_>>()?
+        }
+    };
+    if objective != Objective::Time && !free.iter().any(Free::nuisance) {
+        free.push(Free::new("remnant_intensity")?);
+    }
+    check_friction(&free, objective)?;
+    let taper = if channels.len() > 1 { Taper::Hann } else { Taper::Rectangle };
+    let start = Candidate { parameters: plan.parameters, excitation: plan.excitation };
+    Ok(Resolved {
+        objective,
+        channels,
+        unknowns: Unknowns { free, start },
+        recipe: Recipe { taper, ..plan.recipe.clone() },
+    })
+}
+
+/// Effective damping stands for viscous and Coulomb friction together: never both.
+fn check_friction(free: &[Free], objective: Objective) -> Result<()> {
+    let has = |name: &str| free.iter().any(|f| f.row.name == name);
+    for part in ["viscous_friction", "coulomb_friction"] {
+        if has("effective_damping") && has(part) {
+            return Err(Error::NoInfluence {
+                name: part.into(),
+                objective: objective.name(),
+                why: "effective_damping stands for viscous and Coulomb friction together; free \
+                      either it or them",
+            });
+        }
+    }
+    Ok(())
+}
+
+/// Fits `plan` to `ride`; `progress` is told what is being done.
+pub fn fit(ride: &Ride, plan: &Plan, progress: &dyn Fn(&str)) -> Result<Fit> {
+    let Resolved { objective, channels, unknowns, recipe } = resolve(ride, plan)?;
+    let free = unknowns.free.clone();
+    let noise = plan.noise.as_deref();
+    progress("reading the ride");
+    if objective == Objective::Time {
+        let problem =
+            Time::new(ride, &channels, unknowns, plan.formulation, plan.window, noise)?;
+        return fit_time(&problem, plan, progress);
+    }
+    let measured = Measured::new(ride, &channels, &recipe, plan.speed, noise)?;
+    let spectral = Spectral { measured, unknowns, formulation: plan.formulation };
+    let observations = spectral.measured.coefficients.len() * channels.len();
+    if observations <= free.len() {
+        return Err(Error::TooFewObservations { free: free.len(), found: observations });
+    }
+    let start = start_of(&spectral, objective)?;
+    progress("searching");
+    let (outcome, work, here, nominal, misfit) = match objective {
+        Objective::Whittle => {
+            let problem = Whittle { spectral: spectral.clone() };
+            check_influence(&problem, &free, &start, objective)?;
+            let (outcome, work) = search(&problem, &free, start, plan, 1e-9)?;
+            let here = problem.information(&outcome.point)?;
+            let nominal = problem.information(&nominal_variables(&free, &outcome.point)).ok();
+            let misfit = problem.misfit(&outcome.point)?;
+            (outcome, work, here, nominal, misfit)
+        }
+        _ => {
+            let (problem, outcome, work) = fit_amplitude(&spectral, &free, start, plan, progress)?;
+            let here = problem.information(&outcome.point)?;
+            let nominal = problem.information(&nominal_variables(&free, &outcome.point)).ok();
+            let misfit = 2.0 * outcome.cost / observations as f64;
+            (outcome, work, here, nominal, misfit)
+        }
+    };
+    let mut fit = assemble(
+        objective,
+        (&free, &channels, &spectral.measured.noise),
+        &outcome,
+        (&here, nominal.as_ref()),
+        work,
+    );
+    fit.misfit = misfit;
+    fit.observations = observations;
+    fit.notes = notes(&spectral, &outcome.point)?;
+    Ok(fit)
+}
+
+/// The first start, from the plan's own towards the nominal values, at which there is a spectrum.
+fn start_of(spectral: &Spectral, objective: Objective) -> Result<DVector<f64>> {
+    let free = &spectral.unknowns.free;
+    let own = spectral.unknowns.start.variables(free);
+    let nominal = Candidate {
+        parameters: Parameters::default(),
+        excitation: Plan::default().excitation,
+    };
+    let nominal = nominal.variables(free);
+    let mut cause = String::new();
+    for k in 0..5 {
+        let part = 0.25 * f64::from(k);
+        let z = &own * (1.0 - part) + &nominal * part;
+        match spectral.expected(&z) {
+            Ok(_) => return Ok(z),
+            Err(error) => cause = error.to_string(),
+        }
+    }
+    Err(Error::NoStart { objective: objective.name(), cause })
+}
+
+/// The variables of the nominal values; a nuisance keeps its own.
+fn nominal_variables(free: &[Free], own: &DVector<f64>) -> DVector<f64> {
+    DVector::from_fn(own.len(), |i, _| match free.get(i) {
+        Some(f) if !f.nuisance() => f.variable(f.row.nominal.clamp(f.lower, f.upper)),
+        _ => own[i],
+    })
+}
+
+/// Refuses a free parameter along which nothing changes at the start.
+fn check_influence<L: Landscape>(
+    landscape: &L,
+    free: &[Free],
+    start: &DVector<f64>,
+    objective: Objective,
+) -> Result<()> {
+    let curvature = landscape.quadratic(start)?.curvature;
+    let largest = curvature.diagonal().amax();
+    for (i, f) in free.iter().enumerate() {
+        if curvature[(i, i)] <= 1e-20 * largest {
+            return Err(Error::NoInfluence {
+                name: f.row.name.into(),
+                objective: objective.name(),
+                why: "no equation that this objective evaluates changes with it at these values",
+            });
+        }
+    }
+    Ok(())
+}
+
+fn search<L: Landscape>(
+    landscape: &L,
+    free: &[Free],
+    start: DVector<f64>,
+    plan: &Plan,
+    tolerance: f64,
+) -> Result<(Outcome, Work)> {
+    let variables = |value: fn(&Free) -> f64| {
+        DVector::from_iterator(free.len(), free.iter().map(|f| f.variable(value(f))))
+    };
+    let limits = Limits {
+        lower: variables(|f| f.lower),
+        upper: variables(|f| f.upper),
+        reach: DVector::from_element(free.len(), 0.7),
+    };
+    let outcome = minimise(landscape, start, limits, tolerance, plan.max_iterations)?;
+    let work = Work {
+        iterations: outcome.iterations,
+        cost_evaluations: outcome.cost_evaluations,
+        curvature_evaluations: outcome.curvature_evaluations,
+        passes: 1,
+    };
+    Ok((outcome, work))
+}
+
+/// Searches with frozen weights until renewing them moves nothing.
+fn fit_amplitude(
+    spectral: &Spectral,
+    free: &[Free],
+    start: DVector<f64>,
+    plan: &Plan,
+    progress: &dyn Fn(&str),
+) -> Result<(Amplitude, Outcome, Work)> {
+    const PASSES: u64 = 6;
+    let mut point = start;
+    let mut total = Work::default();
+    loop {
+        let problem = Amplitude::new(spectral.clone(), &point)?;
+        if total.passes == 0 {
+            check_influence(&problem, free, &point, Objective::Amplitude)?;
+        }
+        let (outcome, work) = search(&problem, free, point.clone(), plan, 1e-9)?;
+        total = Work {
+            iterations: total.iterations + work.iterations,
+            cost_evaluations: total.cost_evaluations + work.cost_evaluations,
+            curvature_evaluations: total.curvature_evaluations + work.curvature_evaluations,
+            passes: total.passes + 1,
+        };
+        let moved = (&outcome.point - &point).amax();
+        point.clone_from(&outcome.point);
+        if moved < 1e-3 || total.passes == PASSES {
+            return Ok((problem, outcome, total));
+        }
+        progress("renewing the weights");
+    }
+}
+
+fn fit_time(problem: &Time, plan: &Plan, progress: &dyn Fn(&str)) -> Result<Fit> {
+    let free = &problem.unknowns.free;
+    let start = problem.start();
+    check_influence(problem, free, &start, Objective::Time)?;
+    progress("searching");
+    let (outcome, work) = search(problem, free, start, plan, 1e-5)?;
+    let here = problem.information(&outcome.point)?;
+    let nominal = problem.information(&nominal_variables(free, &outcome.point)).ok();
+    let mut fit = assemble(
+        Objective::Time,
+        (free, &problem.channels, &problem.noise),
+        &outcome,
+        (&here, nominal.as_ref()),
+        work,
+    );
+    fit.observations = problem.observations();
+    fit.misfit = 2.0 * outcome.cost / fit.observations as f64;
+    fit.replays = problem.replays(&outcome.point);
+    fit.notes.push(format!(
+        "{} windows of {} s, each with a free initial state; standard errors from the scatter between windows",
+        problem.windows(),
+        plan.window
+    ));
+    Ok(fit)
+}
+
+fn assemble(
+    objective: Objective,
+    (free, channels, noise): (&[Free], &[&str], &[f64]),
+    outcome: &Outcome,
+    (here, nominal): (&Information, Option<&Information>),
+    work: Work,
+) -> Fit {
+    let values: Vec<f64> = free.iter().zip(outcome.point.iter()).map(|(f, z)| f.value(*z)).collect();
+    let (parameters, correlation) = judge(free, &values, here, nominal);
+    Fit {
+        objective,
+        channels: channels.iter().map(|c| (*c).to_owned()).collect(),
+        noise: noise.to_vec(),
+        parameters,
+        correlation: correlation.row_iter().map(|row| row.iter().copied().collect()).collect(),
+        cost: outcome.cost,
+        misfit: f64::NAN,
+        observations: 0,
+        replays: Vec::new(),
+        termination: outcome.termination.clone(),
+        converged: outcome.converged,
+        work,
+        notes: Vec::new(),
+    }
+}
+
+/// What a reader of a spectral fit should know.
+fn notes(spectral: &Spectral, z: &DVector<f64>) -> Result<Vec<String>> {
+    let candidate = spectral.unknowns.candidate(z);
+    let closed_loop = spectral.closed_loop(z)?;
+    let mut notes = vec![format!(
+        "torque not measured: assumed to be the rider law plus first-order noise with a corner of {} Hz",
+        candidate.excitation.remnant_corner
+    )];
+    let steer = closed_loop.steer_deviation();
+    if steer > crate::closed_loop::STEER_CHECKED {
+        notes.push(format!(
+            "steering of {:.1}° rms: above 5° the linearised model spectrum has not been checked",
+            steer.to_degrees()
+        ));
+    }
+    let free = &spectral.unknowns.free;
+    if free.iter().any(|f| f.row.name == "effective_damping") {
+        let p = &candidate.parameters;
+        let gain = FRAC_2_PI.sqrt() / closed_loop.steer_rate_deviation();
+        let implied = candidate.excitation.effective_damping - gain * p.coulomb_friction;
+        notes.push(format!(
+            "effective damping at a steer rate of {:.3} rad/s rms; with the assumed Coulomb friction of \
+             {} N.m it implies a viscous friction of {implied:.3} N.m.s/rad{}",
+            closed_loop.steer_rate_deviation(),
+            p.coulomb_friction,
+            if implied < 0.0 { ", which no bicycle has: the assumed Coulomb friction is too large" } else { "" },
+        ));
+    }
+    for line in &spectral.measured.lines {
+        notes.push(format!(
+            "line at {} Hz masked, its steer amplitude of {:.2}° put into the linearisation",
+            line.frequency,
+            line.steer_amplitude.to_degrees()
+        ));
+    }
+    Ok(notes)
+}

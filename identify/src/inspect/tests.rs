@@ -1,0 +1,120 @@
+#![expect(clippy::unwrap_used, reason = "a failed step is a failed test")]
+use super::*;
+use std::f64::consts::TAU;
+
+/// A steer of 1 Hz and .1 rad at 100 Hz, 10 s, through `f`.
+fn steer(f: impl Fn(usize, f64) -> f64) -> Vec<f64> {
+    (0..1000)
+        .map(|i| f(i, 0.1 * (TAU * i as f64 / 100.0).sin()))
+        .collect()
+}
+
+fn findings(channel: &str, samples: Vec<f64>) -> Vec<String> {
+    let mut ride = Ride::new(0.0, 0.01, samples.len());
+    ride.insert(channel, samples).unwrap();
+    inspect(&ride)
+        .findings
+        .iter()
+        .map(Finding::to_string)
+        .collect()
+}
+
+#[test]
+fn a_clean_ride_has_no_findings_and_the_right_numbers() {
+    let mut ride = Ride::new(2.0, 0.01, 1000);
+    ride.insert("steer", steer(|_, x| x + 0.02)).unwrap();
+    let inspection = inspect(&ride);
+    assert_eq!(inspection.findings, []);
+    assert_eq!(
+        (inspection.samples, inspection.rate, inspection.start),
+        (1000, 100.0, 2.0)
+    );
+    let Summary {
+        name,
+        unit,
+        min,
+        max,
+        mean,
+        rms,
+    } = inspection.channels[0];
+    assert_eq!((name, unit), ("steer", "rad"));
+    // whole periods with a sample at each crest: sums to round-off
+    for (value, expected) in [
+        (min, -0.08),
+        (max, 0.12),
+        (mean, 0.02),
+        (rms, 0.1 / 2.0_f64.sqrt()),
+    ] {
+        assert!((value - expected).abs() < 1e-12, "{value} {expected}");
+    }
+}
+
+#[test]
+fn a_glitch_is_found_at_either_end_and_within() {
+    for (at, text) in [
+        (0, "steer_rate: a glitch, -22 rad/s in 0 s"),
+        (500, "steer_rate: a glitch, -22 rad/s in 5 s"),
+        (999, "steer_rate: a glitch, -22 rad/s in 9.99 s"),
+    ] {
+        assert_eq!(
+            findings("steer_rate", steer(|i, x| if i == at { -22.0 } else { x })),
+            [text]
+        );
+    }
+    let two = steer(|i, x| if [300, 600].contains(&i) { i as f64 } else { x });
+    assert_eq!(
+        findings("steer", two),
+        ["steer: 2 glitches, the farthest 600 rad in 6 s"]
+    );
+}
+
+#[test]
+fn an_encoder_is_found_and_the_rounding_of_print_is_not() {
+    let encoder = steer(|_, x| (x / 7.7e-4).round() * 7.7e-4);
+    assert_eq!(
+        findings("steer", encoder),
+        ["steer: in steps of 7.700e-4 rad"]
+    );
+    assert_eq!(
+        findings("steer", steer(|_, x| (x * 1e5).round() / 1e5)),
+        [""; 0]
+    );
+}
+
+#[test]
+fn clipping_is_found_on_either_side() {
+    assert_eq!(
+        findings("steer", steer(|_, x| x.clamp(-0.09, 0.2))),
+        ["steer: stays at its extreme -0.09 rad in 0.68 to 0.82 s: clipped?"]
+    );
+    // an encoder dwells at its crest as well
+    let encoder = steer(|_, x| (x / 0.01).round() * 0.01);
+    assert_eq!(
+        findings("steer", encoder),
+        ["steer: in steps of 1.000e-2 rad"]
+    );
+}
+
+#[test]
+fn silence_and_standstill_are_found() {
+    assert_eq!(
+        findings("steer_torque", vec![0.0; 9]),
+        ["steer_torque: 0 N.m throughout"]
+    );
+    let speed: Vec<f64> = (0..1000).map(|i| f64::from(i / 10 % 20)).collect();
+    let found = findings("speed", speed);
+    assert_eq!(
+        found[0],
+        "speed: standstill in 0 to 0.09 s; 2 to 2.09 s; 4 to 4.09 s; and 2 more"
+    );
+}
+
+#[test]
+fn it_becomes_json() {
+    let mut ride = Ride::new(0.0, 0.01, 4);
+    ride.insert("steer", vec![0.0; 4]).unwrap();
+    let json = serde_json::to_value(inspect(&ride)).unwrap();
+    assert_eq!(json["channels"][0]["name"], "steer");
+    assert_eq!(json["findings"][0]["kind"], "constant");
+    assert_eq!(json["law_in_loop"], serde_json::Value::Null);
+}

@@ -1,0 +1,75 @@
+//! What a fit makes small: three objectives over one kind of problem.
+
+pub mod amplitude;
+pub mod spectral;
+pub mod time;
+pub mod whittle;
+
+use crate::error::{Error, Result};
+use crate::free::{Candidate, Free};
+use nalgebra::{DMatrix, DVector};
+use serde::{Deserialize, Serialize};
+
+/// The objectives by name.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Objective {
+    /// Expected amplitude against measured amplitude in each bin: the paper's comparison.
+    Amplitude,
+    /// Whittle likelihood of all channels with their cross-spectra.
+    Whittle,
+    /// The recorded torque replayed in short windows with free initial states.
+    Time,
+}
+
+impl Objective {
+    /// All of them.
+    pub const ALL: [Self; 3] = [Self::Amplitude, Self::Whittle, Self::Time];
+
+    /// The name on the command line and in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Amplitude => "amplitude",
+            Self::Whittle => "whittle",
+            Self::Time => "time",
+        }
+    }
+}
+
+impl std::str::FromStr for Objective {
+    type Err = Error;
+
+    fn from_str(text: &str) -> Result<Self> {
+        Self::ALL
+            .into_iter()
+            .find(|o| o.name() == text)
+            .ok_or_else(|| Error::unknown("objective", text, Self::ALL.map(Self::name)))
+    }
+}
+
+/// What an estimate can be judged by, in variables of the search.
+#[derive(Debug, Clone)]
+pub struct Information {
+    /// Curvature over the free parameters, initial states eliminated.
+    pub curvature: DMatrix<f64>,
+    /// Covariance of the gradient; none where it equals the curvature but for a factor.
+    pub meat: Option<DMatrix<f64>>,
+    /// By what the covariance exceeds the inverse curvature (neighbouring bins of a taper).
+    pub factor: f64,
+}
+
+/// What the estimators share: the free parameters and the values of the rest.
+#[derive(Debug, Clone)]
+pub struct Unknowns {
+    /// The free parameters.
+    pub free: Vec<Free>,
+    /// All values; those of the free parameters are where the search starts.
+    pub start: Candidate,
+}
+
+impl Unknowns {
+    /// The candidate at the variables `z` (further ones, of windows, are not looked at).
+    pub fn candidate(&self, z: &DVector<f64>) -> Candidate {
+        self.start.at(&self.free, z)
+    }
+}

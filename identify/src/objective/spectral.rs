@@ -1,0 +1,147 @@
+//! Spectra measured and expected: what `amplitude` and `whittle` share.
+
+use super::{Information, Unknowns};
+use crate::closed_loop::{ClosedLoop, Drive, LineMotion, state_index};
+use crate::error::{Error, Result};
+use crate::ride::Ride;
+use crate::spectrum::{Analysis, Kernel, Recipe};
+use bicycle::Formulation;
+use nalgebra::{Complex, DMatrix, DVector};
+
+/// Above this frequency \[Hz\] a bicycle does not move and a channel is noise.
+pub const QUIET: f64 = 10.0;
+
+/// One bin of several channels: a Hermitian matrix.
+pub type Bin = DMatrix<Complex<f64>>;
+
+/// The spectrum of a ride in some channels.
+#[derive(Clone)]
+pub struct Measured {
+    /// Names of the channels.
+    pub channels: Vec<&'static str>,
+    /// How the spectrum was taken.
+    pub analysis: Analysis,
+    /// Coefficients [unit/√Hz], one vector over the channels a bin.
+    pub coefficients: Vec<DVector<Complex<f64>>>,
+    /// Standard deviation of each channel's white noise \[SI\].
+    pub noise: Vec<f64>,
+    /// Step of the record \[s\].
+    pub step: f64,
+    /// Mean speed [m/s].
+    pub speed: f64,
+    /// The masked lines as the steering shows them.
+    pub lines: Vec<LineMotion>,
+    states: Vec<usize>,
+    kernel: Kernel,
+}
+
+impl Measured {
+    /// The spectrum of `channels` of `ride`, which moves at `speed` [m/s] where it does not say.
+    /// `noise` \[SI\] overrides what the bins above [`QUIET`] say.
+    pub fn new(
+        ride: &Ride,
+        channels: &[&'static str],
+        recipe: &Recipe,
+        speed: f64,
+        noise: Option<&[f64]>,
+    ) -> Result<Self> {
+        ride.check_moving()?;
+        let analysis = Analysis::new(recipe, ride.step(), ride.len())?;
+        let mut transformed = Vec::new();
+        let mut deviations = Vec::new();
+        for (i, channel) in channels.iter().enumerate() {
+            let samples = ride.signal(channel)?;
+            transformed.push(analysis.coefficients(samples));
+            let given = noise.and_then(|n| n.get(i).copied());
+            deviations.push(given.or_else(|| analysis.noise(samples, QUIET)).unwrap_or(0.0));
+        }
+        let coefficients = (0..analysis.frequencies().len())
+            .map(|k| DVector::from_iterator(channels.len(), transformed.iter().map(|t| t[k])))
+            .collect();
+        let steer = ride.signal("steer")?;
+        let lines = recipe
+            .lines
+            .iter()
+            .map(|line| LineMotion {
+                frequency: line.frequency,
+                steer_amplitude: analysis.line_amplitude(steer, line.frequency),
+            })
+            .collect();
+        let speed = ride.channel("speed").map_or(speed, |v| v.iter().sum::<f64>() / v.len() as f64);
+        let states = channels
+            .iter()
+            .map(|c| state_index(c).ok_or_else(|| {
+                Error::unknown("state", c, bicycle::State::TABLE.iter().map(|row| row.name))
+            }))
+            .collect::<Result<_>>()?;
+        Ok(Self {
+            channels: channels.to_vec(),
+            kernel: analysis.kernel(),
+            analysis,
+            coefficients,
+            noise: deviations,
+            step: ride.step(),
+            speed,
+            lines,
+            states,
+        })
+    }
+}
+
+/// A measured spectrum and the model that is to match it.
+#[derive(Clone)]
+pub struct Spectral {
+    /// What was measured.
+    pub measured: Measured,
+    /// What is sought.
+    pub unknowns: Unknowns,
+    /// How the equations are read.
+    pub formulation: Formulation,
+}
+
+impl Spectral {
+    /// The linearised loop at the variables `z`.
+    pub fn closed_loop(&self, z: &DVector<f64>) -> Result<ClosedLoop> {
+        let candidate = self.unknowns.candidate(z);
+        let drive = Drive {
+            speed: self.measured.speed,
+            remnant_intensity: candidate.excitation.remnant_intensity,
+            remnant_corner: candidate.excitation.remnant_corner,
+            lines: self.measured.lines.clone(),
+        };
+        let effective = self.unknowns.free.iter().any(|f| f.row.name == "effective_damping");
+        let damping = effective.then_some(candidate.excitation.effective_damping);
+        ClosedLoop::new(&candidate.parameters, self.formulation, &drive, damping)
+    }
+
+    /// Expected cross-powers at the variables `z`.
+    pub fn expected(&self, z: &DVector<f64>) -> Result<Vec<Bin>> {
+        let m = &self.measured;
+        Ok(self.closed_loop(z)?.expected(&m.kernel, &m.states, &m.noise, m.step))
+    }
+
+    /// ∂/∂z of [`Self::expected`], one list of bins for each variable: central differences. Their
+    /// step leaves 1e-10 of curvature and 1e-10 of round-off, so that a singular direction is
+    /// seen as one.
+    pub fn slopes(&self, z: &DVector<f64>) -> Result<Vec<Vec<Bin>>> {
+        const H: f64 = 1e-5;
+        (0..z.len())
+            .map(|i| {
+                let at = |h: f64| {
+                    let mut moved = z.clone();
+                    moved[i] += h;
+                    self.expected(&moved)
+                };
+                let (up, down) = (at(H)?, at(-H)?);
+                let slope = |(u, d): (Bin, Bin)| (u - d) / Complex::from(2.0 * H);
+                Ok(up.into_iter().zip(down).map(slope).collect())
+            })
+            .collect()
+    }
+
+    /// What the spectrum knows, from a curvature.
+    pub fn information(&self, curvature: DMatrix<f64>) -> Information {
+        let factor = self.measured.analysis.recipe().taper.covariance_factor();
+        Information { curvature, meat: None, factor }
+    }
+}

@@ -1,0 +1,419 @@
+//! `time`: the recorded torque replayed in short windows, multiple shooting.
+//!
+//! The ridden bicycle is unstable, so errors of a start grow: a whole ride cannot be replayed, and
+//! is refused with the eigenvalue named. Each window has a free initial state, eliminated from the
+//! equations; standard errors come from the scatter between windows (those of Gauss–Newton are
+//! three times too small). Bock 1987; Liang & Zeger 1986.
+
+use super::{Information, Unknowns};
+use crate::closed_loop::state_index;
+use crate::error::{Error, Result};
+use crate::ride::Ride;
+use crate::solver::{Block, Landscape, Quadratic};
+use crate::spectrum::{Analysis, Recipe};
+use bicycle::simulate::{rk4, stability_limit};
+use bicycle::{Bicycle, Formulation, Input, Parameters, Real, State, dynamics, linear};
+use nalgebra::{DMatrix, DVector};
+use num_dual::DualSVec64;
+
+/// States of a window's start.
+const STATES: usize = State::LEN;
+/// Directions differentiated in one pass.
+const LANES: usize = 12;
+/// Longest step of the replay \[s\]: 1e-3 rad at worst over whole rides, far less in a window.
+const STEP: f64 = 2.5e-3;
+/// Growth of a start's error over a window, as exponent, beyond which windows are refused.
+const GROWTH: f64 = 1.5;
+
+/// A recorded ride cut into windows, and the model that is to replay it.
+#[derive(Debug, Clone)]
+pub struct Time {
+    /// What is sought.
+    pub unknowns: Unknowns,
+    /// Names of the channels.
+    pub channels: Vec<&'static str>,
+    /// Standard deviation of each channel's noise \[SI\].
+    pub noise: Vec<f64>,
+    formulation: Formulation,
+    law_in_loop: bool,
+    step: f64,
+    /// Samples of a window.
+    length: usize,
+    windows: usize,
+    states: Vec<usize>,
+    measured: Vec<Vec<f64>>,
+    torque: Vec<f64>,
+    speed: Vec<f64>,
+}
+
+/// How a replay compares with the record, channel by channel.
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct Replay {
+    /// Name of the channel.
+    pub channel: String,
+    /// Variance accounted for, 1 − var(residual)/var(measured).
+    pub variance_accounted_for: f64,
+    /// Residual, rms \[SI\].
+    pub residual_rms: f64,
+}
+
+impl Time {
+    /// The windows of `window` \[s\] of a ride whose `steer_torque` was recorded: the whole torque
+    /// of the rider, or, with `law_in_loop`, what acts besides a steering law closed on the
+    /// simulated state.
+    pub fn new(
+        ride: &Ride,
+        channels: &[&'static str],
+        unknowns: Unknowns,
+        formulation: Formulation,
+        window: f64,
+        noise: Option<&[f64]>,
+    ) -> Result<Self> {
+        ride.check_moving()?;
+        let torque = ride.signal("steer_torque")?.to_vec();
+        let speed = ride.channel("speed").map_or_else(
+            |_| vec![Input::default().speed; ride.len()],
+            <[f64]>::to_vec,
+        );
+        let law_in_loop = ride.law_in_loop.unwrap_or(false);
+        if let Some(free) = unknowns.free.iter().find(|f| f.bicycle_index().is_none()) {
+            return Err(Error::NoInfluence {
+                name: free.row.name.into(),
+                objective: "time",
+                why: "it describes the unmeasured torque of a spectrum; here the torque is measured",
+            });
+        }
+        let length = (window / ride.step()).round() as usize;
+        let windows = if length > STATES { ride.len() / length } else { 0 };
+        if windows < unknowns.free.len() + 1 {
+            return Err(Error::Window {
+                ride: ride.name(),
+                start: 0.0,
+                stop: window,
+                from: ride.time(0),
+                to: ride.time(ride.len() - 1),
+            });
+        }
+        let recipe = Recipe { average: ride.duration().min(5.0), ..Recipe::default() };
+        let analysis = Analysis::new(&recipe, ride.step(), ride.len())?;
+        let (mut measured, mut deviations, mut states) = (Vec::new(), Vec::new(), Vec::new());
+        for (i, channel) in channels.iter().enumerate() {
+            let samples = ride.signal(channel)?;
+            let given = noise.and_then(|n| n.get(i).copied());
+            let seen = || analysis.noise(samples, super::spectral::QUIET);
+            deviations.push(given.or_else(seen).unwrap_or(1.0));
+            measured.push(samples.to_vec());
+            states.push(state_index(channel).ok_or_else(|| {
+                Error::unknown("state", channel, State::TABLE.iter().map(|row| row.name))
+            })?);
+        }
+        let problem = Self {
+            unknowns,
+            channels: channels.to_vec(),
+            noise: deviations,
+            formulation,
+            law_in_loop,
+            step: ride.step(),
+            length,
+            windows,
+            states,
+            measured,
+            torque,
+            speed,
+        };
+        problem.check_growth(window)?;
+        Ok(problem)
+    }
+
+    /// Refuses windows over which errors of the start would grow too far.
+    fn check_growth(&self, window: f64) -> Result<()> {
+        let parameters = self.parameters(&self.unknowns.start.parameters);
+        let speed = self.speed.iter().sum::<f64>() / self.speed.len() as f64;
+        let worst = linear::fastest_growth(&parameters, self.formulation, speed);
+        let limit = GROWTH / worst.re;
+        if worst.re > 0.0 && window > limit {
+            return Err(Error::WindowTooLong { window, limit, re: worst.re, im: worst.im.abs() });
+        }
+        Ok(())
+    }
+
+    /// `p` without a rider law where the torque is the whole torque.
+    fn parameters(&self, p: &Parameters) -> Parameters {
+        if self.law_in_loop {
+            return *p;
+        }
+        Parameters {
+            rider_roll_gain: 0.0,
+            rider_roll_rate_gain: 0.0,
+            rider_steer_gain: 0.0,
+            rider_steer_rate_gain: 0.0,
+            rider_roll_gain_slope: 0.0,
+            rider_roll_rate_gain_slope: 0.0,
+            rider_steer_gain_slope: 0.0,
+            rider_steer_rate_gain_slope: 0.0,
+            ..*p
+        }
+    }
+
+    /// Number of windows.
+    pub fn windows(&self) -> usize {
+        self.windows
+    }
+
+    /// Number of observations.
+    pub fn observations(&self) -> usize {
+        self.windows * self.length * self.channels.len()
+    }
+
+    /// Number of free parameters, the initial states not counted.
+    fn shared(&self) -> usize {
+        self.unknowns.free.len()
+    }
+
+    /// All variables of the search: the free parameters and the windows' initial states, these
+    /// from straight lines through the first tenth of a second of each channel.
+    pub fn start(&self) -> DVector<f64> {
+        let mut z: Vec<f64> = self.unknowns.start.variables(&self.unknowns.free).iter().copied().collect();
+        let samples = ((0.1 / self.step).round() as usize).clamp(2, self.length);
+        for window in 0..self.windows {
+            let mut state = [0.0; STATES];
+            for (channel, &index) in self.measured.iter().zip(&self.states) {
+                let (value, slope) = line(&channel[window * self.length..][..samples], self.step);
+                state[index] = value;
+                let rate = match State::TABLE[index].name {
+                    "roll" => State::index("roll_rate"),
+                    "steer" => State::index("steer_rate"),
+                    _ => None,
+                };
+                if let Some(rate) = rate.filter(|r| !self.states.contains(r)) {
+                    state[rate] = slope;
+                }
+            }
+            z.extend(state);
+        }
+        DVector::from_vec(z)
+    }
+
+    /// Replays window `window` from `state`, showing each sample's state; false if it blew up.
+    fn replay<T: Real>(
+        &self,
+        bicycle: &Bicycle<T>,
+        pieces: usize,
+        window: usize,
+        mut state: State<T>,
+        mut show: impl FnMut(usize, &State<T>),
+    ) {
+        let first = window * self.length;
+        let h = T::from(self.step / pieces as f64);
+        for sample in 0..self.length {
+            show(sample, &state);
+            let (i, j) = (first + sample, (first + sample + 1).min(self.torque.len() - 1));
+            for piece in 0..pieces {
+                state = rk4(state, h, |fraction, x| {
+                    let at = (piece as f64 + fraction) / pieces as f64;
+                    let between = |y: &[f64]| T::from(y[i] * (1.0 - at) + y[j] * at);
+                    let input = Input {
+                        speed: between(&self.speed),
+                        steer_torque: between(&self.torque),
+                        assist_torque: T::from(0.0),
+                        roll_moment: T::from(0.0),
+                    };
+                    dynamics::derivative(bicycle, x, &input)
+                });
+            }
+        }
+    }
+
+    /// Internal steps to a sample: short enough to be accurate and stable.
+    fn pieces(&self, bicycle: &Bicycle) -> usize {
+        let slowest = self.speed.iter().copied().fold(f64::INFINITY, f64::min);
+        let step = STEP.min(0.9 * stability_limit(bicycle, slowest));
+        (self.step / step).ceil() as usize
+    }
+
+    fn bicycle(&self, z: &DVector<f64>) -> Bicycle {
+        let parameters = self.unknowns.candidate(z).parameters;
+        Bicycle::new(&self.parameters(&parameters), self.formulation)
+    }
+
+    fn initial(&self, z: &DVector<f64>, window: usize) -> [f64; STATES] {
+        std::array::from_fn(|i| z[self.shared() + window * STATES + i])
+    }
+
+    /// Residuals of a window over their noise, measured minus replayed, samples × channels.
+    fn residuals(&self, bicycle: &Bicycle, pieces: usize, z: &DVector<f64>, window: usize) -> DVector<f64> {
+        let mut residuals = Vec::with_capacity(self.length * self.channels.len());
+        let state = State::from_array(self.initial(z, window));
+        self.replay(bicycle, pieces, window, state, |sample, x| {
+            let x = x.to_array();
+            for ((y, &index), noise) in self.measured.iter().zip(&self.states).zip(&self.noise) {
+                residuals.push((y[window * self.length + sample] - x[index]) / noise);
+            }
+        });
+        DVector::from_vec(residuals)
+    }
+
+    /// ∂residuals/∂(free parameters, initial state) of a window, by dual numbers.
+    fn jacobian(&self, pieces: usize, z: &DVector<f64>, window: usize) -> DMatrix<f64> {
+        let shared = self.shared();
+        let mut jacobian = DMatrix::zeros(self.length * self.channels.len(), shared + STATES);
+        let values = self.unknowns.candidate(z);
+        let plain = self.parameters(&values.parameters);
+        for first in (0..shared + STATES).step_by(LANES) {
+            let seed = |value: f64, slope: f64, direction: usize| {
+                let mut dual = DualSVec64::<LANES>::from(value);
+                if (first..first + LANES).contains(&direction) {
+                    let mut eps = nalgebra::SVector::<f64, LANES>::zeros();
+                    eps[direction - first] = slope;
+                    dual.eps = num_dual::Derivative::some(eps);
+                }
+                dual
+            };
+            let mut parameters = plain.map(DualSVec64::<LANES>::from);
+            for (direction, free) in self.unknowns.free.iter().enumerate() {
+                let index = free.bicycle_index().expect("checked when the problem was made");
+                let value = values.get(free);
+                parameters.set(index, seed(value, free.slope(value), direction));
+            }
+            let bicycle = Bicycle::new(&parameters, self.formulation);
+            let initial = self.initial(z, window);
+            let state =
+                State::from_array(std::array::from_fn(|i| seed(initial[i], 1.0, shared + i)));
+            self.replay(&bicycle, pieces, window, state, |sample, x| {
+                let x = x.to_array();
+                for (c, (&index, noise)) in self.states.iter().zip(&self.noise).enumerate() {
+                    let eps = x[index].eps.unwrap_generic(nalgebra::Const, nalgebra::Const);
+                    let row = sample * self.channels.len() + c;
+                    for direction in first..(first + LANES).min(shared + STATES) {
+                        jacobian[(row, direction)] = -eps[direction - first] / noise;
+                    }
+                }
+            });
+        }
+        jacobian
+    }
+
+    /// What the windows know at `z`.
+    pub fn information(&self, z: &DVector<f64>) -> Result<Information> {
+        let quadratic = self.quadratic(z)?;
+        // a state that no channel sees leaves its block singular: a trace of damping
+        let reduced = quadratic.reduce(0.0).or_else(|| quadratic.reduce(1e-9)).ok_or_else(|| {
+            Error::Search("the curvature of a window is not finite".into())
+        })?;
+        let meat = reduced.scores.iter().map(|s| s * s.transpose()).sum::<DMatrix<f64>>();
+        let (n, p) = (self.windows as f64, self.shared() as f64);
+        Ok(Information { curvature: reduced.curvature, meat: Some(meat * (n / (n - p))), factor: 1.0 })
+    }
+
+    /// The local model of one window alone.
+    fn window(&self, bicycle: &Bicycle, z: &DVector<f64>, window: usize) -> Quadratic {
+        let pieces = self.pieces(bicycle);
+        let residuals = self.residuals(bicycle, pieces, z, window);
+        let jacobian = self.jacobian(pieces, z, window);
+        let shared = jacobian.columns(0, self.shared());
+        let own = jacobian.columns(self.shared(), STATES);
+        let share = shared.transpose() * &residuals;
+        Quadratic {
+            gradient: share.clone(),
+            curvature: shared.transpose() * shared,
+            blocks: vec![Block {
+                share,
+                gradient: own.transpose() * &residuals,
+                curvature: own.transpose() * own,
+                cross: own.transpose() * shared,
+            }],
+        }
+    }
+
+    /// The channels replayed with the free parameters at `z`, each window from the initial state
+    /// that fits it best: one list over the samples a channel.
+    pub fn replay_all(&self, z: &DVector<f64>) -> Result<Vec<Vec<f64>>> {
+        let mut all = self.start();
+        all.rows_mut(0, self.shared()).copy_from(&z.rows(0, self.shared()));
+        let bicycle = self.bicycle(&all);
+        let pieces = self.pieces(&bicycle);
+        let mut replayed = vec![Vec::with_capacity(self.windows * self.length); self.channels.len()];
+        for window in 0..self.windows {
+            // with the parameters given the window is nearly linear in its start
+            for _ in 0..4 {
+                let own = self.window(&bicycle, &all, window);
+                let reduced = own.reduce(0.0).or_else(|| own.reduce(1e-9));
+                let step = reduced.ok_or_else(|| Error::Search("a window is singular".into()))?.blocks_alone();
+                let at = self.shared() + window * STATES;
+                let mut state = all.rows_mut(at, STATES);
+                state += &step[0];
+            }
+            let residuals = self.residuals(&bicycle, pieces, &all, window);
+            for (k, residual) in residuals.iter().enumerate() {
+                let (sample, c) = (k / self.channels.len(), k % self.channels.len());
+                let measured = self.measured[c][window * self.length + sample];
+                replayed[c].push(measured - residual * self.noise[c]);
+            }
+        }
+        Ok(replayed)
+    }
+
+    /// How the replay at `z` compares with the record.
+    pub fn replays(&self, z: &DVector<f64>) -> Vec<Replay> {
+        let bicycle = self.bicycle(z);
+        let pieces = self.pieces(&bicycle);
+        let residuals: Vec<_> =
+            (0..self.windows).map(|w| self.residuals(&bicycle, pieces, z, w)).collect();
+        let n = self.channels.len();
+        (0..n)
+            .map(|c| {
+                let residual: Vec<f64> = residuals
+                    .iter()
+                    .flat_map(|r| r.iter().skip(c).step_by(n).map(|v| v * self.noise[c]))
+                    .collect();
+                let measured = &self.measured[c][..self.windows * self.length];
+                let power = residual.iter().map(|v| v * v).sum::<f64>() / residual.len() as f64;
+                Replay {
+                    channel: self.channels[c].into(),
+                    variance_accounted_for: 1.0 - variance(&residual) / variance(measured),
+                    residual_rms: power.sqrt(),
+                }
+            })
+            .collect()
+    }
+}
+
+impl Landscape for Time {
+    fn cost(&self, z: &DVector<f64>) -> f64 {
+        let bicycle = self.bicycle(z);
+        let pieces = self.pieces(&bicycle);
+        let square = |window| self.residuals(&bicycle, pieces, z, window).norm_squared();
+        0.5 * (0..self.windows).map(square).sum::<f64>()
+    }
+
+    fn quadratic(&self, z: &DVector<f64>) -> Result<Quadratic> {
+        let bicycle = self.bicycle(z);
+        let mut sum = self.window(&bicycle, z, 0);
+        for window in 1..self.windows {
+            let own = self.window(&bicycle, z, window);
+            sum.gradient += own.gradient;
+            sum.curvature += own.curvature;
+            sum.blocks.extend(own.blocks);
+        }
+        Ok(sum)
+    }
+}
+
+/// Value at the first sample and slope of the straight line through `y`.
+fn line(y: &[f64], step: f64) -> (f64, f64) {
+    let n = y.len() as f64;
+    let middle = 0.5 * (n - 1.0);
+    let mean = y.iter().sum::<f64>() / n;
+    let (mut up, mut down) = (0.0, 0.0);
+    for (i, value) in y.iter().enumerate() {
+        let x = i as f64 - middle;
+        up += x * (value - mean);
+        down += x * x;
+    }
+    (mean - middle * up / down, up / down / step)
+}
+
+fn variance(y: &[f64]) -> f64 {
+    let mean = y.iter().sum::<f64>() / y.len() as f64;
+    y.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / y.len() as f64
+}

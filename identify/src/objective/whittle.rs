@@ -1,0 +1,76 @@
+//! `whittle`: the likelihood of the coefficients, −log L = Σ_k [log det S_k + Y_kᴴ S_k⁻¹ Y_k],
+//! cross-spectra included. Whittle 1953; Fisher scoring, I_ij = Σ tr(S⁻¹ ∂_iS S⁻¹ ∂_jS).
+
+use super::Information;
+use super::spectral::{Bin, Spectral};
+use crate::error::Result;
+use crate::solver::{Landscape, Quadratic};
+use nalgebra::{Complex, DMatrix, DVector};
+
+/// The problem.
+#[derive(Clone)]
+pub struct Whittle {
+    /// Measured and expected spectra.
+    pub spectral: Spectral,
+}
+
+impl Whittle {
+    /// Mean of Yᴴ S⁻¹ Y per channel: 1 where the model is true.
+    pub fn misfit(&self, z: &DVector<f64>) -> Result<f64> {
+        let expected = self.spectral.expected(z)?;
+        let channels = self.spectral.measured.channels.len();
+        let count = (expected.len() * channels) as f64;
+        let bins = expected.into_iter().zip(&self.spectral.measured.coefficients);
+        let sum: f64 = bins
+            .map(|(bin, y)| bin.cholesky().map_or(f64::INFINITY, |f| y.dotc(&f.solve(y)).re))
+            .sum();
+        Ok(sum / count)
+    }
+
+    /// What the coefficients know at `z`.
+    pub fn information(&self, z: &DVector<f64>) -> Result<Information> {
+        Ok(self.spectral.information(self.quadratic(z)?.curvature))
+    }
+}
+
+impl Landscape for Whittle {
+    /// −log L; infinite where the loop does not stand or a bin's matrix is not positive definite.
+    fn cost(&self, z: &DVector<f64>) -> f64 {
+        self.spectral.expected(z).map_or(f64::INFINITY, |expected| {
+            let bins = expected.into_iter().zip(&self.spectral.measured.coefficients);
+            bins.map(|(bin, y)| term(bin, y)).sum()
+        })
+    }
+
+    fn quadratic(&self, z: &DVector<f64>) -> Result<Quadratic> {
+        let expected = self.spectral.expected(z)?;
+        let slopes = self.spectral.slopes(z)?;
+        let n = z.len();
+        let (mut gradient, mut curvature) = (DVector::zeros(n), DMatrix::zeros(n, n));
+        for (k, (bin, y)) in expected.into_iter().zip(&self.spectral.measured.coefficients).enumerate() {
+            let Some(factor) = bin.cholesky() else { continue };
+            // S⁻¹ ∂_iS
+            let relative: Vec<Bin> = slopes.iter().map(|s| factor.solve(&s[k])).collect();
+            let solved = factor.solve(y);
+            for i in 0..n {
+                let slope = (slopes[i][k].clone() * &solved).dotc(&solved);
+                gradient[i] += relative[i].trace().re - slope.re;
+                for j in 0..=i {
+                    let product = relative[i].component_mul(&relative[j].transpose()).sum().re;
+                    curvature[(i, j)] += product;
+                    if i != j {
+                        curvature[(j, i)] += product;
+                    }
+                }
+            }
+        }
+        Ok(Quadratic { gradient, curvature, blocks: Vec::new() })
+    }
+}
+
+fn term(bin: Bin, y: &DVector<Complex<f64>>) -> f64 {
+    bin.cholesky().map_or(f64::INFINITY, |factor| {
+        let log_det: f64 = factor.l_dirty().diagonal().iter().map(|d| 2.0 * d.re.ln()).sum();
+        log_det + y.dotc(&factor.solve(y)).re
+    })
+}

@@ -1,0 +1,264 @@
+//! How far each number can be trusted: standard errors, correlations and a verdict in a word.
+
+use crate::free::Free;
+use crate::objective::Information;
+use nalgebra::{DMatrix, DVector, SymmetricEigen};
+use serde::{Deserialize, Serialize};
+
+/// The verdict on a parameter.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Verdict {
+    /// Standard error below .3 of what the literature leaves open.
+    #[serde(rename = "determined")]
+    Determined,
+    /// Standard error .3 to .7 of that.
+    #[serde(rename = "weak")]
+    Weak,
+    /// More than .7 of that, at a bound, or part of a direction the data do not see at all.
+    #[serde(rename = "not determined")]
+    NotDetermined,
+    /// Estimated for the others' sake.
+    #[serde(rename = "nuisance")]
+    Nuisance,
+}
+
+impl Verdict {
+    /// The word.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Determined => "determined",
+            Self::Weak => "weak",
+            Self::NotDetermined => "not determined",
+            Self::Nuisance => "nuisance",
+        }
+    }
+}
+
+/// One row of a fit.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Estimate {
+    /// Name of the row.
+    pub name: String,
+    /// SI unit.
+    pub unit: String,
+    /// Estimate \[SI\].
+    pub value: f64,
+    /// Standard error \[SI\]; none where the data leave it infinite or the value is at a bound.
+    pub std_error: Option<f64>,
+    /// 95 % interval \[SI\], within the bounds; of the remnant's intensity symmetric in its
+    /// logarithm.
+    pub interval: Option<(f64, f64)>,
+    /// Lower bound of the search \[SI\].
+    pub lower: f64,
+    /// Upper bound of the search \[SI\].
+    pub upper: f64,
+    /// Whether the estimate is at one of them.
+    pub at_bound: bool,
+    /// The verdict.
+    pub verdict: Verdict,
+    /// Parameters whose change the data cannot tell from a change of this one.
+    pub trades_against: Vec<String>,
+}
+
+/// Relative singular value below which the data do not see a direction.
+const SINGULAR: f64 = 1e-6;
+/// Part in such a direction from which a parameter belongs to it.
+const PART: f64 = 1e-3;
+/// Correlation from which two weakly determined parameters trade against each other.
+const CORRELATED: f64 = 0.9;
+/// Quantile of a 95 % interval.
+const QUANTILE: f64 = 1.959_964;
+
+/// Covariance of the variables, and of each variable which others share a singular direction
+/// with it (none: it is regular).
+struct Spread {
+    covariance: DMatrix<f64>,
+    singular: Vec<Option<Vec<usize>>>,
+}
+
+fn spread(information: &Information) -> Spread {
+    let a = &information.curvature;
+    let n = a.nrows();
+    let scale = DVector::from_fn(n, |i, _| a[(i, i)].max(f64::MIN_POSITIVE).sqrt());
+    let normal = DMatrix::from_fn(n, n, |i, j| a[(i, j)] / scale[i] / scale[j]);
+    let eigen = SymmetricEigen::new(normal);
+    let largest = eigen.eigenvalues.amax();
+    let mut inverse = DMatrix::zeros(n, n);
+    let mut groups: Vec<Option<Vec<usize>>> = vec![None; n];
+    for (value, direction) in eigen.eigenvalues.iter().zip(eigen.eigenvectors.column_iter()) {
+        if *value > SINGULAR * SINGULAR * largest {
+            inverse += direction * direction.transpose() / *value;
+            continue;
+        }
+        let members: Vec<usize> = (0..n).filter(|&i| direction[i].abs() > PART).collect();
+        for &i in &members {
+            let others = members.iter().copied().filter(|&j| j != i);
+            groups[i].get_or_insert_default().extend(others);
+        }
+    }
+    let inverse = DMatrix::from_fn(n, n, |i, j| inverse[(i, j)] / scale[i] / scale[j]);
+    let covariance = match &information.meat {
+        None => inverse * information.factor,
+        Some(meat) => &inverse * meat * &inverse * information.factor,
+    };
+    Spread { covariance, singular: groups }
+}
+
+fn without(information: &Information, kept: &[usize]) -> Information {
+    let select = |m: &DMatrix<f64>| m.select_rows(kept).select_columns(kept);
+    Information {
+        curvature: select(&information.curvature),
+        meat: information.meat.as_ref().map(select),
+        factor: information.factor,
+    }
+}
+
+/// Estimates at `values` \[SI\] from what the data know there and, where it could be computed, at
+/// the nominal values; and the correlation matrix (0 in rows and columns without a standard
+/// error, 1 on the diagonal).
+pub fn judge(
+    free: &[Free],
+    values: &[f64],
+    here: &Information,
+    nominal: Option<&Information>,
+) -> (Vec<Estimate>, DMatrix<f64>) {
+    let n = free.len();
+    let at_bound: Vec<bool> = free
+        .iter()
+        .zip(values)
+        .map(|(f, &v)| v - f.lower < 1e-6 * (f.upper - f.lower) || f.upper - v < 1e-6 * (f.upper - f.lower))
+        .collect();
+    // what is held at a bound is no longer estimated
+    let kept: Vec<usize> = (0..n).filter(|&i| !at_bound[i]).collect();
+    let at = spread(&without(here, &kept));
+    let nominal = nominal.map(|information| spread(&without(information, &kept)));
+    let deviation = |s: &Spread, k: usize| s.covariance[(k, k)].max(0.0).sqrt();
+
+    let mut correlation = DMatrix::identity(n, n);
+    for (k, &i) in kept.iter().enumerate() {
+        for (l, &j) in kept.iter().enumerate().filter(|(l, _)| *l != k) {
+            let regular = at.singular[k].is_none() && at.singular[l].is_none();
+            let product = deviation(&at, k) * deviation(&at, l);
+            let value = if regular && product > 0.0 { at.covariance[(k, l)] / product } else { 0.0 };
+            correlation[(i, j)] = value;
+        }
+    }
+
+    let estimates = (0..n)
+        .map(|i| {
+            let (f, value) = (&free[i], values[i]);
+            let k = kept.iter().position(|&j| j == i);
+            let singular = k.and_then(|k| at.singular[k].as_ref());
+            let in_search = k.filter(|_| singular.is_none()).map(|k| deviation(&at, k));
+            let std_error = in_search.map(|s| s * f.slope(value));
+            let typical = k.and_then(|k| {
+                let s = nominal.as_ref().filter(|s| s.singular[k].is_none())?;
+                Some(deviation(s, k) * f.slope(value))
+            });
+            let rho = std_error.map(|s| s.max(typical.unwrap_or(s)) / (f.yardstick() / 12f64.sqrt()));
+            let verdict = match rho {
+                _ if f.nuisance() => Verdict::Nuisance,
+                Some(rho) if rho < 0.3 => Verdict::Determined,
+                Some(rho) if rho <= 0.7 => Verdict::Weak,
+                _ => Verdict::NotDetermined,
+            };
+            let trades: Vec<usize> = match singular {
+                Some(group) => group.iter().map(|&k| kept[k]).collect(),
+                None if matches!(verdict, Verdict::Weak | Verdict::NotDetermined) => {
+                    (0..n).filter(|&j| j != i && correlation[(i, j)].abs() > CORRELATED).collect()
+                }
+                None => Vec::new(),
+            };
+            let interval = in_search.map(|s| {
+                let z = f.variable(value);
+                let end = |sign: f64| f.value(z + sign * QUANTILE * s).clamp(f.lower, f.upper);
+                (end(-1.0), end(1.0))
+            });
+            Estimate {
+                name: f.row.name.into(),
+                unit: f.row.unit.symbol.into(),
+                value,
+                std_error,
+                interval,
+                lower: f.lower,
+                upper: f.upper,
+                at_bound: at_bound[i],
+                verdict,
+                trades_against: trades.into_iter().map(|j| free[j].row.name.into()).collect(),
+            }
+        })
+        .collect();
+    (estimates, correlation)
+}
+
+#[cfg(test)]
+mod tests {
+    #![expect(clippy::unwrap_used, reason = "a failed step is a failed test")]
+    use super::*;
+
+    fn free(names: &[&str]) -> Vec<Free> {
+        names.iter().map(|name| Free::new(name).unwrap()).collect()
+    }
+
+    fn information(curvature: DMatrix<f64>) -> Information {
+        Information { curvature, meat: None, factor: 1.0 }
+    }
+
+    #[test]
+    fn a_singular_direction_has_no_standard_error_and_names_its_members() {
+        // only c/.3 + d/.15 is seen, C_θ well
+        let jacobian = DMatrix::from_row_slice(2, 3, &[100.0, 0.0, 0.0, 0.0, 20.0, 20.0]);
+        let a = information(jacobian.transpose() * jacobian);
+        let rows = free(&["cornering_stiffness", "viscous_friction", "coulomb_friction"]);
+        let (estimates, correlation) = judge(&rows, &[14.0, 0.3, 0.15], &a, Some(&a));
+        assert_eq!(estimates[0].verdict, Verdict::Determined);
+        assert!((estimates[0].std_error.unwrap() - 0.14).abs() < 1e-12);
+        for (i, other) in [(1, "coulomb_friction"), (2, "viscous_friction")] {
+            assert_eq!(estimates[i].verdict, Verdict::NotDetermined);
+            assert_eq!((estimates[i].std_error, estimates[i].interval), (None, None));
+            assert_eq!(estimates[i].trades_against, [other]);
+        }
+        assert_eq!(correlation[(1, 2)], 0.0);
+    }
+
+    #[test]
+    fn verdicts_follow_the_standard_error_over_what_the_literature_leaves_open() {
+        let rows = free(&["cornering_stiffness"]);
+        // measured 8–18, so a uniform spread of 2.887; variables are C_θ/14
+        for (rho, verdict) in [
+            (0.29, Verdict::Determined),
+            (0.31, Verdict::Weak),
+            (0.69, Verdict::Weak),
+            (0.71, Verdict::NotDetermined),
+        ] {
+            let z = rho * 10.0 / 12f64.sqrt() / 14.0;
+            let a = information(DMatrix::from_element(1, 1, 1.0 / (z * z)));
+            let sharp = information(DMatrix::from_element(1, 1, 1e8));
+            assert_eq!(judge(&rows, &[14.0], &a, Some(&sharp)).0[0].verdict, verdict);
+            assert_eq!(judge(&rows, &[14.0], &sharp, Some(&a)).0[0].verdict, verdict, "at nominal");
+            assert_eq!(judge(&rows, &[14.0], &a, None).0[0].verdict, verdict);
+        }
+    }
+
+    #[test]
+    fn at_a_bound_nothing_is_claimed() {
+        let rows = free(&["cornering_stiffness", "camber_stiffness"]);
+        let a = information(DMatrix::from_row_slice(2, 2, &[1e4, 5e3, 5e3, 1e4]));
+        let (estimates, _) = judge(&rows, &[14.0, 0.0], &a, None);
+        assert!(estimates[1].at_bound);
+        assert_eq!((estimates[1].std_error, estimates[1].verdict), (None, Verdict::NotDetermined));
+        // the other as if the one at its bound were known
+        assert!((estimates[0].std_error.unwrap() - 0.14).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_nuisance_has_a_standard_error_and_no_verdict() {
+        let rows = free(&["remnant_intensity"]);
+        let a = information(DMatrix::from_element(1, 1, 25.0));
+        let (estimates, _) = judge(&rows, &[1.2], &a, None);
+        assert_eq!(estimates[0].verdict, Verdict::Nuisance);
+        assert!((estimates[0].std_error.unwrap() - 0.24).abs() < 1e-12);
+        let (low, high) = estimates[0].interval.unwrap();
+        assert!((low * high / 1.44 - 1.0).abs() < 1e-12, "symmetric in the logarithm");
+    }
+}

@@ -1,0 +1,61 @@
+"""fmpy as the judge from outside.
+
+Two environment variables name what is judged:
+FMU     the file RearLoadBicycle.fmu
+NATIVE  the program of fmu/examples/native.rs, the same bicycle without FMI
+"""
+
+import csv
+import os
+import subprocess
+from pathlib import Path
+
+import fmpy
+import numpy as np
+import pytest
+
+
+def from_environment(name: str) -> Path:
+    path = os.environ.get(name)
+    if not path:
+        pytest.exit(f"expected the environment variable {name}, see conftest.py", 2)
+    if not Path(path).is_file():
+        pytest.exit(f"{name}: expected a file, found none at {path}", 2)
+    return Path(path).resolve()
+
+
+@pytest.fixture(scope="session")
+def fmu() -> Path:
+    return from_environment("FMU")
+
+
+@pytest.fixture(scope="session")
+def description(fmu):
+    return fmpy.read_model_description(str(fmu))
+
+
+@pytest.fixture(scope="session")
+def references(description):
+    """Value references by name."""
+    return {v.name: v.valueReference for v in description.modelVariables}
+
+
+@pytest.fixture(scope="session")
+def unzipped(fmu, tmp_path_factory) -> Path:
+    return Path(fmpy.extract(str(fmu), unzipdir=str(tmp_path_factory.mktemp("fmu"))))
+
+
+@pytest.fixture(scope="session")
+def native():
+    """Runs the bicycle without FMI; returns its columns by name."""
+    program = from_environment("NATIVE")
+
+    def run(step: float, stop: float, start_values: dict, *changes: str) -> dict:
+        settings = [f"{name}={value}" for name, value in start_values.items()]
+        command = [program, repr(step), repr(stop), *settings, *changes]
+        output = subprocess.run(command, check=True, capture_output=True, text=True)
+        header, *rows = csv.reader(output.stdout.splitlines())
+        columns = np.array(rows, dtype=float).T
+        return dict(zip(header, columns, strict=True))
+
+    return run
