@@ -279,7 +279,7 @@ impl Simulation {
     /// One internal step of `h` from `from`; on a stop, `here` is left where it happened.
     fn travel(&mut self, from: Moment, h: f64) -> Result<Moment, Stop> {
         let limit = self.bicycle.p.steer_limit;
-        let at_limit = |m: &Moment| limit.is_finite() && m.state.steer.abs() >= limit;
+        let at_limit = |m: &Moment| m.state.steer.abs() >= limit;
         let fallen = |m: &Moment| {
             m.state.roll.abs() > FRAC_PI_2 || !m.state.to_array().iter().all(|v| v.is_finite())
         };
@@ -305,16 +305,17 @@ impl Simulation {
     /// last bit of h, within a step of `h` at whose end it has: bisection on the length of a step
     /// of the same method.
     fn locate(&mut self, from: Moment, h: f64, happened: impl Fn(&Moment) -> bool) -> [Moment; 2] {
-        let (mut before, mut after) = (0.0, h);
+        let (mut before, mut after, mut last) = (0.0, h, from);
         loop {
             let middle = 0.5 * (before + after);
             if middle <= before || middle >= after {
-                return [self.rk4(from, before), self.rk4(from, after)];
+                return [last, self.rk4(from, after)];
             }
-            if happened(&self.rk4(from, middle)) {
+            let moment = self.rk4(from, middle);
+            if happened(&moment) {
                 after = middle;
             } else {
-                before = middle;
+                (before, last) = (middle, moment);
             }
         }
     }

@@ -47,6 +47,14 @@ pub enum Error {
         message: String,
     },
 
+    /// A ride that is not the one a fit was made of.
+    #[error("{file}: expected the ride of the fit (SHA-256 {expected}), found another ({found})")]
+    OtherRide {
+        file: String,
+        expected: String,
+        found: String,
+    },
+
     // ── units and names ────────────────────────────────────────────────────────────────────
     /// A text that is neither a number nor a number with a unit.
     #[error("{what}: expected a number or a number with a unit, found `{found}`")]

@@ -1,5 +1,6 @@
 //! A fit: one ride, one objective, some free parameters → values, uncertainty, verdicts.
 
+use crate::closed_loop::ClosedLoop;
 use crate::error::{Error, Result};
 use crate::free::{Candidate, Free};
 use crate::objective::amplitude::Amplitude;
@@ -93,6 +94,9 @@ pub struct Fit {
     pub misfit: f64,
     /// Number of observations.
     pub observations: usize,
+    /// Steer rate of the linearised loop [rad/s rms] (spectra only): what turns Coulomb friction
+    /// into effective damping.
+    pub steer_rate_deviation: Option<f64>,
     /// The replay against the record, channel by channel (`time` only).
     pub replays: Vec<Replay>,
     /// Why the search ended.
@@ -241,7 +245,9 @@ pub fn fit(ride: &Ride, plan: &Plan, progress: &dyn Fn(&str)) -> Result<Fit> {
     );
     fit.misfit = misfit;
     fit.observations = observations;
-    fit.notes = notes(&spectral, &outcome.point)?;
+    let closed_loop = spectral.closed_loop(&outcome.point)?;
+    fit.steer_rate_deviation = Some(closed_loop.steer_rate_deviation());
+    fit.notes = notes(&spectral, &outcome.point, &closed_loop);
     Ok(fit)
 }
 
@@ -396,6 +402,7 @@ fn assemble(
         cost: outcome.cost,
         misfit: f64::NAN,
         observations: 0,
+        steer_rate_deviation: None,
         replays: Vec::new(),
         termination: outcome.termination.clone(),
         converged: outcome.converged,
@@ -405,9 +412,8 @@ fn assemble(
 }
 
 /// What a reader of a spectral fit should know.
-fn notes(spectral: &Spectral, z: &DVector<f64>) -> Result<Vec<String>> {
+fn notes(spectral: &Spectral, z: &DVector<f64>, closed_loop: &ClosedLoop) -> Vec<String> {
     let candidate = spectral.unknowns.candidate(z);
-    let closed_loop = spectral.closed_loop(z)?;
     let mut notes = vec![format!(
         "torque not measured: assumed to be the rider law plus first-order noise with a corner of {} Hz",
         candidate.excitation.remnant_corner
@@ -439,5 +445,5 @@ fn notes(spectral: &Spectral, z: &DVector<f64>) -> Result<Vec<String>> {
             line.steer_amplitude.to_degrees()
         ));
     }
-    Ok(notes)
+    notes
 }

@@ -3,18 +3,22 @@
 
 pub mod bicycles;
 pub mod closed_loop;
+pub mod compare;
 pub mod csv;
 pub mod error;
+pub mod figure;
 pub mod file;
 pub mod fit;
 pub mod free;
 pub mod inspect;
 pub mod map;
 pub mod objective;
+pub mod report;
 pub mod ride;
 pub mod run;
 pub mod solver;
 pub mod spectrum;
 pub mod synthesis;
+pub mod trajectory;
 pub mod unit;
 pub mod verdict;

@@ -1,8 +1,10 @@
 //! Bodies to lumps, against published numbers.
 
+use crate::draw;
 use bicycle::mass::{self, Body, Literature, Lumps, loaded};
 use bicycle::{Bicycle, Formulation, Parameters};
 use expect_test::expect;
+use proptest::prelude::*;
 use serde_json::Value;
 use std::fmt::Write;
 
@@ -41,10 +43,12 @@ fn rear_load_moves_the_lumps() {
     .assert_eq(&table);
 }
 
-#[test]
-fn no_load_changes_no_bit() {
-    let p = Parameters::<f64>::default();
-    assert_eq!(loaded(&p), p.lumps());
+proptest! {
+    #[test]
+    fn no_load_changes_no_bit(p in draw::parameters()) {
+        let p = Parameters { rear_load: 0.0, ..p };
+        prop_assert_eq!(loaded(&p), p.lumps());
+    }
 }
 
 /// Σm, Σm x, Σm h: the load in closed form against the load as one more body.

@@ -163,6 +163,23 @@ fn steps_too_long_are_refused() {
     }
 }
 
+/// A jump has no slope: width 0 asks for no shorter step than no Coulomb friction does.
+#[test]
+fn jumps_do_not_shorten_the_step() {
+    let limit = |p: &Parameters| stability_limit(&Bicycle::new(p, Formulation::Repaired), 3.0);
+    let exact = Parameters {
+        steer_smoothing: 0.0,
+        steer_rate_smoothing: 0.0,
+        ..Parameters::default()
+    };
+    let frictionless = Parameters {
+        coulomb_friction: 0.0,
+        ..Parameters::default()
+    };
+    assert_eq!(limit(&exact), limit(&frictionless));
+    assert!(limit(&exact) > limit(&Parameters::default()));
+}
+
 #[test]
 fn a_lifted_front_wheel_is_refused() {
     let p = Parameters {

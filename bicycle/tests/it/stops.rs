@@ -103,3 +103,18 @@ fn an_infinite_limit_is_none() {
     assert!(roll <= std::f64::consts::FRAC_PI_2 && roll > 1.57, "{roll}");
     assert_eq!(without.name(), "diverged");
 }
+
+/// What the numbers cannot hold is no state: the last one that is comes back.
+#[test]
+fn what_overflows_diverges() {
+    let p = Parameters {
+        steer_limit: f64::INFINITY,
+        steer_rate_start: f64::MAX,
+        ..Parameters::default()
+    };
+    let mut ride = Simulation::new(&p, Formulation::Repaired, Input::default(), 0.0)
+        .expect("start values are not checked here");
+    let stop = ride.advance(1.0).expect_err("an overflow");
+    assert!(matches!(stop, Stop::Diverged { .. }), "{stop}");
+    assert!(ride.state().to_array().iter().all(|v| v.is_finite()));
+}

@@ -1,0 +1,81 @@
+//! The bicycle on its own: everything that can be seen of it, over time.
+
+use crate::error::Result;
+use bicycle::simulate::{Simulation, Stop};
+use bicycle::{Formulation, Input, Output, Parameters};
+use std::fmt::Write as _;
+
+/// The settings in force from a time on.
+#[derive(Debug, Clone)]
+pub struct Settings {
+    /// Time from which they hold \[s\].
+    pub from: f64,
+    /// The parameters; the `*_start` rows and `internal_step` act at the start only.
+    pub parameters: Parameters,
+    /// The inputs.
+    pub input: Input,
+}
+
+/// A native simulation: what the FMU gives, without FMI.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Trajectory {
+    /// Times \[s\].
+    pub time: Vec<f64>,
+    /// What was seen there.
+    pub output: Vec<Output>,
+    /// Why it ended early, if it did; the last row is then at that time.
+    pub stop: Option<Stop>,
+}
+
+/// Simulates from 0 to `duration` \[s\], a row every `step` \[s\]. `settings` hold in the order of
+/// their times, the first from the start; a row at the time of a change shows the outputs before.
+pub fn simulate(
+    settings: &[Settings],
+    formulation: Formulation,
+    duration: f64,
+    step: f64,
+) -> Result<Trajectory> {
+    let [first, later @ ..] = settings else { return Ok(Trajectory { time: vec![], output: vec![], stop: None }) };
+    let mut simulation = Simulation::new(&first.parameters, formulation, first.input, 0.0)?;
+    let mut later = later.iter().peekable();
+    let mut trajectory =
+        Trajectory { time: vec![0.0], output: vec![simulation.output()], stop: None };
+    // a duration of 24 s in steps of .005 s has 4800 of them, whatever the rounding
+    for n in 1..=(duration / step + 1e-9) as u64 {
+        let to = n as f64 * step;
+        while let Some(change) = later.next_if(|change| change.from < to - 1e-9 * step) {
+            if let Err(stop) = simulation.advance(change.from) {
+                trajectory.stop = Some(stop);
+                break;
+            }
+            simulation.set_parameters(&change.parameters)?;
+            simulation.set_input(change.input)?;
+        }
+        let outcome = simulation.advance(to);
+        trajectory.time.push(simulation.time());
+        trajectory.output.push(simulation.output());
+        if let Err(stop) = outcome {
+            trajectory.stop = Some(stop);
+            break;
+        }
+    }
+    Ok(trajectory)
+}
+
+impl Trajectory {
+    /// As CSV, `time[s],roll[rad],…`, every digit.
+    pub fn to_csv(&self) -> String {
+        let mut text = String::from("time[s]");
+        for row in Output::TABLE {
+            write!(text, ",{}[{}]", row.name, row.unit.symbol).expect("a string takes all");
+        }
+        for (time, output) in self.time.iter().zip(&self.output) {
+            write!(text, "\n{time}").expect("a string takes all");
+            for value in output.to_array() {
+                write!(text, ",{value}").expect("a string takes all");
+            }
+        }
+        text.push('\n');
+        text
+    }
+}

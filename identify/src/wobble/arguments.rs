@@ -1,0 +1,155 @@
+//! Arguments that several commands share, and what they mean.
+
+use anyhow::Result;
+use bicycle::quantity::{HZ, S};
+use clap::Args;
+use identify::bicycles::{Bicycle, Changes};
+use identify::csv::Import;
+use identify::error::{Error, Result as Typed};
+use identify::map::Map;
+use identify::ride::Ride;
+use identify::run::Source;
+use identify::spectrum::{Line, Recipe};
+use identify::unit;
+use std::path::PathBuf;
+
+/// Which bicycle.
+#[derive(Args)]
+pub struct BicycleArguments {
+    /// Named set (nominal, section3, sbw-delft, benchmark) or TOML file
+    #[arg(long, default_value = "nominal", value_name = "NAME|FILE")]
+    bicycle: String,
+    /// Set a row of the table, the start value of an input, or formulation
+    #[arg(long, value_name = "NAME=VALUE")]
+    set: Vec<String>,
+    /// Load on the rear carrier
+    #[arg(long, value_name = "MASS", allow_hyphen_values = true)]
+    load: Option<String>,
+    /// Put another rider on: mass and height, e.g. 75kg,1.78m
+    #[arg(long, value_name = "MASS,HEIGHT")]
+    rider: Option<String>,
+    /// How the equations are read: printed, minimal, repaired
+    #[arg(long, value_name = "NAME")]
+    formulation: Option<String>,
+}
+
+impl BicycleArguments {
+    /// The bicycle meant; its notes are told on stderr.
+    pub fn open(&self) -> Result<Bicycle> {
+        let changes = Changes {
+            rider: self.rider.clone(),
+            load: self.load.clone(),
+            set: self.set.clone(),
+        };
+        let mut bicycle = Bicycle::open(&self.bicycle, &changes)?;
+        if let Some(name) = &self.formulation {
+            bicycle.formulation = identify::bicycles::formulation(name)
+                .map_err(|cause| cause.typed(format!("--formulation {name}")))?;
+        }
+        for note in &bicycle.notes {
+            eprintln!("note: {note}");
+        }
+        Ok(bicycle)
+    }
+}
+
+/// How ride files are read.
+#[derive(Args)]
+pub struct RideArguments {
+    /// Meaning of a foreign file's columns: sbw-delft or a TOML file
+    #[arg(long, value_name = "NAME|FILE")]
+    map: Option<String>,
+    /// Sampling rate of a file without a time column
+    #[arg(long, value_name = "FREQUENCY")]
+    rate: Option<String>,
+    /// Bridge gaps of up to ten samples by straight lines
+    #[arg(long)]
+    resample: bool,
+}
+
+impl RideArguments {
+    /// Reads a ride; what was done to it at the door is told on stderr.
+    pub fn read(&self, path: &PathBuf) -> Result<Ride> {
+        let ride = self.import()?.read(path)?;
+        for note in &ride.notes {
+            eprintln!("note: {}: {note}", path.display());
+        }
+        Ok(ride)
+    }
+
+    fn import(&self) -> Result<Import> {
+        let map = self.map.as_deref().map(Map::open).transpose()?;
+        let rate = self.rate.as_deref().map(|text| quantity("--rate", text, HZ)).transpose()?;
+        Ok(Import { map, rate, resample: self.resample })
+    }
+
+    /// For `inspect`, which wants to see everything.
+    pub fn read_bridging_gaps(&self, path: &std::path::Path) -> Result<Ride> {
+        Ok(Import { resample: true, ..self.import()? }.read(path)?)
+    }
+
+    /// Where `ride` came from, for the record.
+    pub fn source(&self, ride: &Ride, times: Option<(f64, f64)>) -> Result<Source> {
+        let origin = ride.origin.as_ref();
+        Ok(Source {
+            file: ride.name(),
+            sha256: origin.map_or_else(String::new, |o| o.sha256.clone()),
+            map: self.map.clone(),
+            rate: self.import()?.rate,
+            resample: self.resample,
+            times,
+            notes: ride.notes.clone(),
+        })
+    }
+}
+
+/// How spectra are taken.
+#[derive(Args)]
+pub struct SpectrumArguments {
+    /// Lowest and highest frequency
+    #[arg(long, value_name = "LOW:HIGH", default_value = "0.3:3")]
+    band: String,
+    /// Length of the moving average that is taken off
+    #[arg(long, value_name = "TIME", default_value = "5s")]
+    average: String,
+    /// Frequency of a slalom or pedalling line to mask
+    #[arg(long, value_name = "FREQUENCY")]
+    line: Vec<String>,
+}
+
+impl SpectrumArguments {
+    /// The recipe meant.
+    pub fn recipe(&self) -> Result<Recipe> {
+        let (low, high) = pair("--band", &self.band, HZ)?;
+        let line = |text: &String| Ok(Line { frequency: quantity("--line", text, HZ)? });
+        Ok(Recipe {
+            average: quantity("--average", &self.average, S)?,
+            band: (low, high),
+            lines: self.line.iter().map(line).collect::<Typed<_>>()?,
+            ..Recipe::default()
+        })
+    }
+}
+
+/// `text` behind `flag` in SI.
+pub fn quantity(flag: &str, text: &str, unit: bicycle::Unit) -> Typed<f64> {
+    unit::parse(text, unit, flag.trim_start_matches('-'))
+        .map_err(|cause| cause.typed(format!("{flag} {text}")))
+}
+
+/// `low:high` behind `flag` in SI.
+pub fn pair(flag: &str, text: &str, unit: bicycle::Unit) -> Typed<(f64, f64)> {
+    let Some((low, high)) = text.split_once(':') else {
+        let form = Error::Form { expected: "LOW:HIGH", found: text.into() };
+        return Err(form.typed(format!("{flag} {text}")));
+    };
+    Ok((quantity(flag, low, unit)?, quantity(flag, high, unit)?))
+}
+
+/// `name=rest` behind `flag`.
+pub fn assignment<'a>(flag: &str, text: &'a str) -> Typed<(&'a str, &'a str)> {
+    text.split_once('=').ok_or_else(|| {
+        let form = Error::Form { expected: "NAME=VALUE", found: text.into() };
+        form.typed(format!("{flag} {text}"))
+    })
+}

@@ -1,0 +1,74 @@
+//! `wobble`: rides in, parameters with their uncertainty and a report out.
+//!
+//! Human text goes to stderr, data to stdout or the file that `--out` names. Exit code 1 is a run
+//! that failed, 2 a call that was wrong.
+
+mod arguments;
+mod demo;
+mod fitting;
+mod model;
+mod output;
+mod rides;
+
+use clap::{Parser, Subcommand};
+use identify::error::Error;
+use std::process::ExitCode;
+
+/// Bicycles with a rear load wobble: simulate them, measure them, find their parameters.
+///
+/// Values are SI unless they carry a unit: 8km/h, 5ms, 20deg, 75kg.
+#[derive(Parser)]
+#[command(name = "wobble", version, arg_required_else_help = true)]
+struct Program {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Write an FMU, the nine cases of the paper and six synthetic rides; fit one and report
+    Demo(demo::Demo),
+    /// The parameter table, with a bicycle's values
+    Parameters(model::ListParameters),
+    /// What is in a ride file, and what is odd about it
+    Inspect(rides::Inspect),
+    /// Simulate a bicycle; with a remnant, a synthetic ride
+    Simulate(model::Simulate),
+    /// The nine cases of the paper's section 3
+    Cases(model::Cases),
+    /// The spectrum of a ride's residual
+    Spectrum(rides::Spectrum),
+    /// Rides beside the first: which bands rise, which fall
+    Compare(rides::Compare),
+    /// Fit parameters to a ride
+    Fit(fitting::Fit),
+    /// The report of a fit, one HTML file
+    Report(fitting::Report),
+    /// Pack the bicycle as an FMU
+    Fmu(model::Fmu),
+}
+
+fn main() -> ExitCode {
+    let program = Program::parse();
+    let outcome = match program.command {
+        Command::Demo(command) => command.run(),
+        Command::Parameters(command) => command.run(),
+        Command::Inspect(command) => command.run(),
+        Command::Simulate(command) => command.run(),
+        Command::Cases(command) => command.run(),
+        Command::Spectrum(command) => command.run(),
+        Command::Compare(command) => command.run(),
+        Command::Fit(command) => command.run(),
+        Command::Report(command) => command.run(),
+        Command::Fmu(command) => command.run(),
+    };
+    match outcome {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) if output::is_closed_pipe(&error) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("wobble: {error:#}");
+            let typed = error.downcast_ref::<Error>().is_some_and(Error::is_typed);
+            ExitCode::from(if typed { 2 } else { 1 })
+        }
+    }
+}

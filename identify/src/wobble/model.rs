@@ -1,0 +1,280 @@
+//! Commands about the model: parameters, simulate, cases, fmu.
+
+use crate::arguments::{BicycleArguments, quantity};
+use crate::output::{Output, Progress};
+use anyhow::{Context, Result};
+use bicycle::cases::{self, Course};
+use bicycle::quantity::{HZ, N_M, S, Variability};
+use bicycle::{Excitation, Input, Parameters, Quantity};
+use clap::Args;
+use identify::bicycles::Bicycle;
+use identify::error::Error;
+use identify::figure;
+use identify::synthesis::{SensorNoise, Synthesis, TorqueLine};
+use identify::trajectory::{self, Settings};
+use serde_json::json;
+use std::fmt::Write as _;
+use std::path::PathBuf;
+
+#[derive(Args)]
+pub struct ListParameters {
+    #[command(flatten)]
+    bicycle: BicycleArguments,
+    #[command(flatten)]
+    output: Output,
+}
+
+impl ListParameters {
+    pub fn run(&self) -> Result<()> {
+        let bicycle = self.bicycle.open()?;
+        let rows = rows(&bicycle);
+        let json: Vec<_> = rows.iter().map(|(kind, row, value)| describe(kind, row, *value)).collect();
+        self.output.json_or(&json, || {
+            let mut text = String::new();
+            for (kind, row, value) in &rows {
+                let Quantity { name, symbol, unit, min, max, what, source, .. } = row;
+                let measured = row.measured.map_or(String::new(), |(a, b)| format!(", measured {a}–{b}"));
+                let _ = writeln!(
+                    text,
+                    "{name:28} {symbol:6} {value:>12} {:10} {kind}, {min} to {max}{measured}\n    {what}. {source}.",
+                    unit.symbol
+                );
+            }
+            text
+        })
+    }
+}
+
+/// All rows that have a value in a bicycle.
+fn rows(b: &Bicycle) -> Vec<(&'static str, &'static Quantity, f64)> {
+    let kind = |row: &Quantity| match row.variability {
+        Variability::Fixed => "fixed parameter",
+        Variability::Tunable => "parameter",
+        Variability::Continuous => "input",
+    };
+    let parameters = Parameters::TABLE.iter().zip(b.parameters.to_array());
+    let inputs = Input::TABLE.iter().zip(b.input.to_array());
+    let mut all: Vec<_> = parameters.chain(inputs).map(|(row, value)| (kind(row), row, value)).collect();
+    let excitation = Excitation::TABLE.iter().zip(b.excitation.to_array());
+    all.extend(excitation.map(|(row, value)| ("excitation", row, value)));
+    all
+}
+
+fn describe(kind: &str, row: &Quantity, value: f64) -> serde_json::Value {
+    json!({
+        "name": row.name, "symbol": row.symbol, "unit": row.unit.symbol, "kind": kind,
+        "value": value, "nominal": row.nominal, "min": row.min, "max": row.max,
+        "measured": row.measured, "description": row.what, "source": row.source,
+    })
+}
+
+#[derive(Args)]
+pub struct Simulate {
+    #[command(flatten)]
+    bicycle: BicycleArguments,
+    /// How long
+    #[arg(long, default_value = "24s", value_name = "TIME")]
+    duration: String,
+    /// From row to row
+    #[arg(long, default_value = "5ms", value_name = "TIME")]
+    step: String,
+    /// Change a parameter or an input under way, e.g. 5s:speed=3m/s
+    #[arg(long, value_name = "TIME:NAME=VALUE")]
+    at: Vec<String>,
+    /// Make a ride file as instruments would record it: sensor noise, remnant and line by --seed
+    #[arg(long)]
+    ride: bool,
+    /// Sine of steer torque in the ride, e.g. 1.11Hz,4N.m: the slalom
+    #[arg(long, value_name = "FREQUENCY,TORQUE", requires = "ride")]
+    line: Option<String>,
+    /// Record the whole steer torque in the ride
+    #[arg(long, requires = "ride")]
+    torque: bool,
+    /// Seed of the ride
+    #[arg(long, default_value_t = 1, requires = "ride")]
+    seed: u64,
+    #[command(flatten)]
+    output: Output,
+}
+
+impl Simulate {
+    pub fn run(&self) -> Result<()> {
+        let bicycle = self.bicycle.open()?;
+        let [duration, step] = [("--duration", &self.duration), ("--step", &self.step)]
+            .map(|(flag, text)| positive(flag, text));
+        let (duration, step) = (duration?, step?);
+        if self.ride {
+            return self.ride(&bicycle, duration, step);
+        }
+        let settings = self.settings(&bicycle)?;
+        let progress = Progress::new();
+        progress.say("simulating");
+        let trajectory = trajectory::simulate(&settings, bicycle.formulation, duration, step)?;
+        drop(progress);
+        if let Some(stop) = trajectory.stop {
+            eprintln!("note: {stop}");
+        }
+        let stop = trajectory.stop.map_or("end", |stop| stop.name());
+        let columns: serde_json::Map<_, _> = bicycle::Output::TABLE
+            .iter()
+            .enumerate()
+            .map(|(i, row)| {
+                let column: Vec<f64> = trajectory.output.iter().map(|o| o.get(i)).collect();
+                (row.name.to_owned(), json!(column))
+            })
+            .collect();
+        let json = json!({ "stop": stop, "time": trajectory.time, "outputs": columns });
+        self.output.json_or(&json, || trajectory.to_csv())
+    }
+
+    fn settings(&self, bicycle: &Bicycle) -> Result<Vec<Settings>> {
+        let mut changed = bicycle.clone();
+        let settings = |from, b: &Bicycle| Settings { from, parameters: b.parameters, input: b.input };
+        let mut all = vec![settings(0.0, bicycle)];
+        for text in &self.at {
+            let typed = |cause: Error| cause.typed(format!("--at {text}"));
+            let form = || Error::Form { expected: "TIME:NAME=VALUE", found: text.clone() };
+            let (time, assignment) = text.split_once(':').ok_or_else(|| typed(form()))?;
+            let from = quantity("--at", time, S)?;
+            changed.set(assignment).map_err(typed)?;
+            all.push(settings(from, &changed));
+        }
+        all.sort_by(|a, b| a.from.total_cmp(&b.from));
+        Ok(all)
+    }
+
+    fn ride(&self, bicycle: &Bicycle, duration: f64, step: f64) -> Result<()> {
+        let line = self.line.as_deref().map(torque_line).transpose()?;
+        let synthesis = Synthesis {
+            parameters: bicycle.parameters,
+            formulation: bicycle.formulation,
+            input: bicycle.input,
+            excitation: bicycle.excitation,
+            line,
+            duration,
+            rate: 1.0 / step,
+            noise: SensorNoise::INSTRUMENTED,
+            torque_recorded: self.torque,
+            seed: self.seed,
+        };
+        let progress = Progress::new();
+        progress.say("riding");
+        let ride = synthesis.ride()?;
+        drop(progress);
+        let channels: serde_json::Map<_, _> =
+            ride.channels().map(|(row, samples)| (row.name.to_owned(), json!(samples))).collect();
+        let json = json!({ "step": ride.step(), "samples": ride.len(), "channels": channels });
+        self.output.json_or(&json, || ride.to_csv())
+    }
+}
+
+fn torque_line(text: &str) -> Result<TorqueLine> {
+    let Some((frequency, amplitude)) = text.split_once(',') else {
+        let form = Error::Form { expected: "FREQUENCY,TORQUE", found: text.into() };
+        return Err(form.typed(format!("--line {text}")).into());
+    };
+    Ok(TorqueLine {
+        frequency: quantity("--line", frequency, HZ)?,
+        amplitude: quantity("--line", amplitude, N_M)?,
+    })
+}
+
+/// A time behind `flag`, which must be positive.
+fn positive(flag: &str, text: &str) -> Result<f64> {
+    let value = quantity(flag, text, S)?;
+    if value > 0.0 && value.is_finite() {
+        return Ok(value);
+    }
+    let form = Error::Form { expected: "a time above 0 s", found: text.into() };
+    Err(form.typed(format!("{flag} {text}")).into())
+}
+
+#[derive(Args)]
+pub struct Cases {
+    #[command(flatten)]
+    bicycle: BicycleArguments,
+    /// Print JSON instead of a table
+    #[arg(long)]
+    json: bool,
+    /// Figure to write besides, SVG
+    #[arg(short, long, value_name = "FILE")]
+    out: Option<PathBuf>,
+}
+
+/// A row of the figure every 5 ms.
+const INTERVAL: f64 = 0.005;
+
+/// The nine cases of a bicycle, one after the other.
+pub fn courses(bicycle: &Bicycle) -> Result<Vec<Course>> {
+    let run = |case: cases::Case| {
+        let ran = case.run(&bicycle.parameters, bicycle.formulation, bicycle.input, INTERVAL);
+        ran.with_context(|| format!("case {}", case.number))
+    };
+    cases::all().into_iter().map(run).collect()
+}
+
+impl Cases {
+    pub fn run(&self) -> Result<()> {
+        let bicycle = self.bicycle.open()?;
+        let courses = courses(&bicycle)?;
+        if let Some(path) = &self.out {
+            identify::file::write(path, figure::cases(&courses))?;
+        }
+        let rows: Vec<_> = courses
+            .iter()
+            .map(|course| {
+                json!({
+                    "case": course.case.number,
+                    "trail": course.case.trail,
+                    "cog_to_rear": course.case.cog_to_rear,
+                    "end_time": course.end_time(),
+                    "stop": course.stop.map_or("end", |stop| stop.name()),
+                    "amplitude_deg": course.amplitude().map(f64::to_degrees),
+                })
+            })
+            .collect();
+        let output = Output { json: self.json, out: None };
+        output.json_or(&json!({ "cases": rows }), || table(&courses))
+    }
+}
+
+fn table(courses: &[Course]) -> String {
+    let mut text = String::from("case  trail [m]  cog_to_rear [m]  ends [s]  why          amplitude [deg]\n");
+    for course in courses {
+        let cases::Case { number, trail, cog_to_rear } = course.case;
+        let why = course.stop.map_or("end", |stop| stop.name());
+        let amplitude =
+            course.amplitude().map_or_else(|| "–".into(), |a| format!("{:.3}", a.to_degrees()));
+        let _ = writeln!(
+            text,
+            "{number:4}  {trail:9.3}  {cog_to_rear:15.2}  {:8.3}  {why:11}  {amplitude:>15}",
+            course.end_time()
+        );
+    }
+    text
+}
+
+#[derive(Args)]
+pub struct Fmu {
+    /// The FMU to write
+    #[arg(short, long, value_name = "FILE", default_value = "RearLoadBicycle.fmu")]
+    out: PathBuf,
+    /// Shared library of the FMU, where it does not lie beside this program
+    #[arg(long, value_name = "FILE")]
+    library: Option<PathBuf>,
+    /// Print JSON
+    #[arg(long)]
+    json: bool,
+}
+
+impl Fmu {
+    pub fn run(&self) -> Result<()> {
+        let library = self.library.clone().map_or_else(fmu::built_library, Ok)?;
+        fmu::pack(&library, &self.out)?;
+        let written = self.out.display();
+        eprintln!("wrote {written}, with {}", library.display());
+        let json = json!({ "fmu": written.to_string(), "library": library.display().to_string() });
+        let output = Output { json: self.json, out: None };
+        output.json_or(&json, String::new)
+    }
+}

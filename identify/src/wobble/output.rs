@@ -1,0 +1,72 @@
+//! Where data and words go.
+
+use anyhow::Result;
+use clap::Args;
+use identify::file;
+use indicatif::{ProgressBar, ProgressStyle};
+use serde::Serialize;
+use std::io::{ErrorKind, Write};
+use std::path::PathBuf;
+use std::time::Duration;
+
+/// What is written, and where.
+#[derive(Args)]
+pub struct Output {
+    /// Print JSON
+    #[arg(long)]
+    pub json: bool,
+    /// File to write to instead of stdout
+    #[arg(short, long, value_name = "FILE")]
+    pub out: Option<PathBuf>,
+}
+
+impl Output {
+    /// Writes `text` to the file named, else to stdout.
+    pub fn text(&self, text: &str) -> Result<()> {
+        match &self.out {
+            Some(path) => Ok(file::write(path, text)?),
+            None => Ok(std::io::stdout().lock().write_all(text.as_bytes())?),
+        }
+    }
+
+    /// Writes `value` as JSON if asked to, else the text that `text` makes.
+    pub fn json_or(&self, value: &impl Serialize, text: impl FnOnce() -> String) -> Result<()> {
+        if self.json { self.text(&json(value)?) } else { self.text(&text()) }
+    }
+}
+
+/// `value` as indented JSON with a line end.
+pub fn json(value: &impl Serialize) -> Result<String> {
+    Ok(serde_json::to_string_pretty(value)? + "\n")
+}
+
+/// Whether the reader of stdout has gone: no failure of ours.
+pub fn is_closed_pipe(error: &anyhow::Error) -> bool {
+    error.downcast_ref::<std::io::Error>().is_some_and(|e| e.kind() == ErrorKind::BrokenPipe)
+}
+
+/// A spinner on a terminal for what takes more than a moment; silent elsewhere.
+pub struct Progress(ProgressBar);
+
+impl Progress {
+    /// Starts.
+    pub fn new() -> Self {
+        let bar = ProgressBar::new_spinner();
+        bar.set_style(
+            ProgressStyle::with_template("{spinner} {elapsed} {msg}").expect("a valid template"),
+        );
+        bar.enable_steady_tick(Duration::from_millis(100));
+        Self(bar)
+    }
+
+    /// Says what is being done.
+    pub fn say(&self, what: &str) {
+        self.0.set_message(what.to_owned());
+    }
+}
+
+impl Drop for Progress {
+    fn drop(&mut self) {
+        self.0.finish_and_clear();
+    }
+}

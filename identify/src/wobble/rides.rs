@@ -1,0 +1,144 @@
+//! Commands about rides: inspect, spectrum, compare.
+
+use crate::arguments::{RideArguments, SpectrumArguments};
+use crate::output::Output;
+use anyhow::Result;
+use clap::Args;
+use identify::compare::{self, Amplitudes, BandRow};
+use identify::inspect;
+use identify::ride::Ride;
+use identify::{figure, file};
+use serde_json::json;
+use std::fmt::Write as _;
+use std::path::PathBuf;
+
+#[derive(Args)]
+pub struct Inspect {
+    /// Ride file
+    ride: PathBuf,
+    #[command(flatten)]
+    reading: RideArguments,
+    #[command(flatten)]
+    output: Output,
+}
+
+impl Inspect {
+    pub fn run(&self) -> Result<()> {
+        let ride = self.reading.read_bridging_gaps(&self.ride)?;
+        let found = inspect::inspect(&ride);
+        self.output.json_or(&found, || {
+            let mut text = format!(
+                "{}: {} samples at {} Hz, {} to {:.3} s\n",
+                ride.name(), found.samples, found.rate, found.start, found.start + found.duration
+            );
+            for c in &found.channels {
+                let _ = writeln!(
+                    text,
+                    "  {:18} {:>12.5} to {:>12.5} {:6} mean {:>12.5}  rms {:>12.5}",
+                    c.name, c.min, c.max, c.unit, c.mean, c.rms
+                );
+            }
+            for note in &found.notes {
+                let _ = writeln!(text, "note: {note}");
+            }
+            for finding in &found.findings {
+                let _ = writeln!(text, "found: {finding}");
+            }
+            text
+        })
+    }
+}
+
+#[derive(Args)]
+pub struct Spectrum {
+    /// Ride file
+    ride: PathBuf,
+    /// Channel
+    #[arg(long, default_value = "steer")]
+    channel: String,
+    #[command(flatten)]
+    reading: RideArguments,
+    #[command(flatten)]
+    spectrum: SpectrumArguments,
+    /// Figure to write besides, SVG
+    #[arg(long, value_name = "FILE")]
+    figure: Option<PathBuf>,
+    #[command(flatten)]
+    output: Output,
+}
+
+impl Spectrum {
+    pub fn run(&self) -> Result<()> {
+        let recipe = self.spectrum.recipe()?;
+        let ride = self.reading.read(&self.ride)?;
+        let amplitudes = compare::amplitudes(&ride, &self.channel, &recipe)?;
+        if let Some(path) = &self.figure {
+            file::write(path, draw(std::slice::from_ref(&amplitudes)))?;
+        }
+        self.output.json_or(&amplitudes, || {
+            let mut text = format!("frequency[Hz],amplitude[{}]\n", amplitudes.unit);
+            for (f, a) in amplitudes.frequency.iter().zip(&amplitudes.amplitude) {
+                let _ = writeln!(text, "{f},{a}");
+            }
+            text
+        })
+    }
+}
+
+#[derive(Args)]
+pub struct Compare {
+    /// Ride files; the first is what the others are held against
+    #[arg(required = true, num_args = 2..)]
+    rides: Vec<PathBuf>,
+    /// Channel
+    #[arg(long, default_value = "steer")]
+    channel: String,
+    #[command(flatten)]
+    reading: RideArguments,
+    #[command(flatten)]
+    spectrum: SpectrumArguments,
+    /// Figure to write besides, SVG
+    #[arg(long, value_name = "FILE")]
+    figure: Option<PathBuf>,
+    #[command(flatten)]
+    output: Output,
+}
+
+impl Compare {
+    pub fn run(&self) -> Result<()> {
+        let recipe = self.spectrum.recipe()?;
+        let rides: Vec<Ride> =
+            self.rides.iter().map(|path| self.reading.read(path)).collect::<Result<_>>()?;
+        let rows = compare::bands(&rides, &self.channel, &recipe)?;
+        let spectra: Vec<_> = rides
+            .iter()
+            .map(|ride| compare::amplitudes(ride, &self.channel, &recipe))
+            .collect::<Result<_, _>>()?;
+        if let Some(path) = &self.figure {
+            file::write(path, draw(&spectra))?;
+        }
+        let json = json!({ "channel": self.channel, "bands": rows, "spectra": spectra });
+        self.output.json_or(&json, || table(&rows, spectra[0].unit))
+    }
+}
+
+fn draw(spectra: &[Amplitudes]) -> String {
+    let curves: Vec<_> = spectra
+        .iter()
+        .map(|s| (s.ride.clone(), s.frequency.as_slice(), s.amplitude.as_slice()))
+        .collect();
+    figure::comparison(&curves, spectra[0].unit)
+}
+
+fn table(rows: &[BandRow], unit: &str) -> String {
+    let mut text = format!("band [Hz]    rms [{unit}]  against first  95 % interval   verdict    ride\n");
+    for row in rows {
+        let band = format!("{}–{}", row.low, row.high);
+        let _ = writeln!(
+            text,
+            "{band:9}  {:>10.6}  {:>13.2}  {:>6.2}–{:<6.2}  {:9}  {}",
+            row.rms, row.ratio, row.interval.0, row.interval.1, row.verdict, row.ride
+        );
+    }
+    text
+}
