@@ -1,1 +1,248 @@
-//! …
+//! The report of a fit: one HTML file that needs nothing else, and its table as plain text.
+
+mod markup;
+mod number;
+mod provenance;
+mod table;
+#[cfg(test)]
+mod tests;
+mod words;
+
+pub use table::table;
+pub use words::advice;
+
+use crate::error::Result;
+use crate::figure;
+use crate::fit::Fit;
+use crate::free::Free;
+use crate::objective::Objective;
+use crate::objective::time::Replay;
+use crate::ride::{Ride, quantity};
+use crate::run::Run;
+use crate::spectrum::Taper;
+use crate::verdict::Estimate;
+use markup::{cell, escape, list, paragraph, section, symbol};
+use number::{exact, exact_with_unit, significant, with_unit};
+use words::{capitalised, headline, join, misfit, words, work};
+
+/// The report of `run` on its `ride`: one self-contained HTML file. An error where the ride is
+/// not one that the run can have come from.
+pub fn html(run: &Run, ride: &Ride) -> Result<String> {
+    let fit = &run.fit;
+    let title = run.ride.file.rsplit(['/', '\\']).next().unwrap_or_default();
+    let about = format!(
+        "Bicycle {}, {} equations; objective {} on {}",
+        run.start.bicycle,
+        run.start.formulation,
+        fit.objective.name(),
+        join(fit.channels.iter().map(|c| words(c))),
+    );
+    let mut page = [
+        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\"/>\n",
+        "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>\n",
+        &format!(
+            "<title>{}: fit by {}</title>\n",
+            escape(title),
+            escape(&run.program)
+        ),
+        &format!(
+            "<style>\n{}</style>\n</head>\n",
+            include_str!("report/style.css")
+        ),
+        &format!("<body>\n<main>\n<h1>{}</h1>\n", escape(title)),
+    ]
+    .concat();
+    page += &paragraph("about", &about);
+    page += &paragraph("result", &headline(fit));
+    if let Some(advice) = advice(fit) {
+        page += &paragraph("advice", &words(&advice));
+    }
+    page += &section("Parameters", &parameters(fit));
+    page += &section("Does the model explain the ride?", &agreement(fit));
+    let curves = run.curves(ride)?;
+    let lines: Vec<f64> = run
+        .asked
+        .recipe
+        .lines
+        .iter()
+        .map(|line| line.frequency)
+        .collect();
+    if !curves.is_empty() {
+        let svg = figure::spectrum(&curves, &lines);
+        page += &section("Spectrum", &markup::figure(&svg, SPECTRUM));
+    }
+    let traces = run.traces(ride)?;
+    let caption = match fit.objective {
+        Objective::Time => REPLAY.into(),
+        _ if lines.is_empty() => RESIDUAL.into(),
+        _ => format!("{RESIDUAL} {LINES}"),
+    };
+    let signals = if traces.is_empty() {
+        paragraph("text", FALLEN)
+    } else {
+        markup::figure(&figure::traces(&traces), &caption)
+    };
+    page += &section("Signals", &signals);
+    if fit.parameters.len() > 1 {
+        page += &section("Correlations", &correlations(fit));
+    }
+    page += &section("Assumptions and notes", &list(&assumptions(run)?));
+    page += &section("Work", &paragraph("text", &work(fit)));
+    page += &section("Provenance", &provenance::provenance(run));
+    page += "</main>\n</body>\n</html>\n";
+    Ok(page)
+}
+
+const SPECTRUM: &str = "Amplitudes of sines in the residual of the moving average. In a single \
+    ride a bin scatters by half its mean: 19 of 20 dots should lie in the band, not on the line.";
+const REPLAY: &str = "The recorded torque replayed in windows, each from a free initial state: \
+    the model must follow the record in time, but may jump between windows.";
+const RESIDUAL: &str = "Residual of the moving average. The model’s curve is a seeded ride of \
+    the fitted bicycle: it has the statistics that were fitted and shares nothing else with the \
+    measured ride, so the two are not meant to coincide in time; only size and pace compare.";
+const LINES: &str = "The lines left out of the spectrum are in the measured curve only.";
+const FALLEN: &str = "The fitted bicycle falls when it is simulated: there is no ride to show.";
+const READING: &str = "Determined: the standard error is below .3 of the spread that the \
+    literature leaves open; weak: up to .7; not determined: more, or at a bound, or in a \
+    direction the ride does not see at all, where the standard error is infinite and shown as –. \
+    A nuisance is estimated for the others’ sake.";
+const TRADE: &str = "Near ±1 the ride tells the two apart badly: a change of one is made up for \
+    by the other. Without a standard error (–) there is no correlation to speak of.";
+
+fn parameters(fit: &Fit) -> String {
+    let row = |estimate: &Estimate| {
+        let what = Free::new(&estimate.name).map_or("", |free| free.row.what);
+        let [name, sign, value, error, interval, bounds, _, trades] = table::cells(estimate);
+        let verdict = estimate.verdict.name();
+        let class = verdict.replace(' ', "-");
+        let bound = if estimate.at_bound {
+            "<small>at a bound</small>"
+        } else {
+            ""
+        };
+        let cells = [value, error, interval, bounds].map(|text| cell(&escape(&text)));
+        let mut row = vec![cell(&symbol(&sign))];
+        row.extend(cells);
+        row.push(cell(&format!(
+            "<span class=\"verdict {class}\">{verdict}</span>{bound}"
+        )));
+        row.push(cell(&escape(&words(&trades))));
+        (
+            format!("{}<small>{}</small>", escape(&words(&name)), escape(what)),
+            row,
+        )
+    };
+    let rows: Vec<_> = fit.parameters.iter().map(row).collect();
+    let heads = table::HEADS.map(str::to_owned);
+    markup::table("parameters", &heads, &rows) + &paragraph("text", READING)
+}
+
+fn agreement(fit: &Fit) -> String {
+    let text = paragraph("text", &misfit(fit));
+    if fit.replays.is_empty() {
+        return text;
+    }
+    let heads = ["channel", "variance accounted for", "residual, rms"].map(str::to_owned);
+    let row = |replay: &Replay| {
+        let unit = quantity(&replay.channel).map_or("", |row| row.unit.symbol);
+        let accounted = significant(100.0 * replay.variance_accounted_for, 4) + "\u{a0}%";
+        let cells = [accounted, with_unit(replay.residual_rms, unit, 3)];
+        (
+            escape(&words(&replay.channel)),
+            cells.map(|text| cell(&text)).to_vec(),
+        )
+    };
+    let rows: Vec<_> = fit.replays.iter().map(row).collect();
+    text + &markup::table("replays", &heads, &rows)
+}
+
+/// The correlation matrix, red for one sign and blue for the other; – where a standard error is
+/// missing.
+fn correlations(fit: &Fit) -> String {
+    let name = |p: &Estimate| escape(&words(&p.name));
+    let known = |p: &Estimate| p.std_error.is_some();
+    let coloured = |value: f64| {
+        let colour = if value < 0.0 { "0,114,178" } else { "213,94,0" };
+        let shade = 0.6 * value.abs().min(1.0);
+        let digits = format!("{value:+.2}").replace('-', "−");
+        format!("<td style=\"background:rgba({colour},{shade:.2})\">{digits}</td>")
+    };
+    let row = |(i, p): (usize, &Estimate)| {
+        let cells = fit.parameters.iter().enumerate().map(|(j, other)| {
+            match (i == j, known(p) && known(other)) {
+                (true, _) => "<td style=\"background:#eee\">1</td>".into(),
+                (false, true) => coloured(fit.correlation[i][j]),
+                (false, false) => cell("–"),
+            }
+        });
+        (name(p), cells.collect())
+    };
+    let rows: Vec<_> = fit.parameters.iter().enumerate().map(row).collect();
+    let heads: Vec<_> = std::iter::once(String::new())
+        .chain(fit.parameters.iter().map(name))
+        .collect();
+    markup::table("matrix", &heads, &rows) + &paragraph("text", TRADE)
+}
+
+/// What the numbers rest on, a sentence each.
+fn assumptions(run: &Run) -> Result<Vec<String>> {
+    let (fit, recipe) = (&run.fit, &run.asked.recipe);
+    let mut items: Vec<String> = fit
+        .notes
+        .iter()
+        .map(|note| capitalised(note) + ".")
+        .collect();
+    items.extend(run.ride.notes.iter().map(|note| format!("Ride: {note}.")));
+    if fit.objective == Objective::Time {
+        let law = if run.start.law_in_loop {
+            "The steer torque of the ride acts besides the bicycle’s steering law, which is \
+             closed on the simulated state."
+        } else {
+            "The steer torque of the ride is taken as the whole torque on the handlebar; no \
+             steering law acts besides."
+        };
+        items.push(law.into());
+    } else {
+        // as fit::resolve decides
+        let taper = if fit.channels.len() > 1 {
+            Taper::Hann
+        } else {
+            recipe.taper
+        };
+        items.push(format!(
+            "Spectra: residual of a moving average over {}, {} window, bins from {} to {}; model \
+             and ride pass the same filter.",
+            exact_with_unit(recipe.average, "s"),
+            match taper {
+                Taper::Rectangle => "rectangular",
+                Taper::Hann => "Hann",
+            },
+            exact(recipe.band.0),
+            exact_with_unit(recipe.band.1, "Hz"),
+        ));
+        items.push(
+            "The model spectrum is that of the closed loop of bicycle and rider, statistically \
+             linearised; rider gains that are not free are those of the bicycle’s set."
+                .into(),
+        );
+    }
+    for (channel, noise) in fit.channels.iter().zip(&fit.noise) {
+        let origin = if run.asked.noise.is_some() {
+            "given"
+        } else {
+            "estimated above 10 Hz"
+        };
+        let unit = quantity(channel)?.unit.symbol;
+        let value = with_unit(*noise, unit, 2);
+        items.push(format!("Noise of {}: {value} ({origin}).", words(channel)));
+    }
+    if fit.objective == Objective::Whittle && fit.estimate("camber_stiffness").is_some() {
+        items.push(
+            "Intervals are symmetric about the estimate in the variable of the search. On \
+             synthetic rides those of camber stiffness held the truth in 85 to 88 of 100, not \
+             95: read them as a little wider."
+                .into(),
+        );
+    }
+    Ok(items)
+}

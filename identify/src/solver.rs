@@ -79,13 +79,6 @@ pub struct Reduced {
     solved: Vec<(DMatrix<f64>, DVector<f64>)>,
 }
 
-impl Reduced {
-    /// The steps of the blocks with the shared variables held.
-    pub fn blocks_alone(&self) -> Vec<DVector<f64>> {
-        self.solved.iter().map(|(_, gradient)| -gradient).collect()
-    }
-}
-
 impl Quadratic {
     /// Eliminates the blocks, their diagonals increased by `damping` of themselves. None where a
     /// block is singular or not finite.
@@ -167,12 +160,16 @@ pub struct Limits {
     pub reach: DVector<f64>,
 }
 
+/// Part of a cost below which a fall means nothing: where a model does not fit, the cost is large
+/// and so is every standard error.
+const ROUGH: f64 = 1e-8;
+
 /// The solver.
 struct LevenbergMarquardt {
     limits: Limits,
     damping: f64,
     growth: f64,
-    /// Falls smaller than this end the search.
+    /// Falls smaller than this, or than [`ROUGH`] of the cost, end the search.
     tolerance: f64,
     /// Why it ended, once it has.
     end: Option<&'static str>,
@@ -219,11 +216,11 @@ impl<'a, L: Landscape> Solver<Walk<'a, L>, Here> for LevenbergMarquardt {
 
     fn next_iter(&mut self, problem: &mut Problem<Walk<'a, L>>, mut state: Here) -> Iteration {
         let point = state.take_param().expect("every iteration leaves a point");
-        let (cost, best) = (state.get_cost(), state.get_best_cost());
-        debug_assert!(cost <= best, "no step is taken uphill");
+        let cost = state.get_cost();
         let model = problem.hessian(&point)?;
         let gradient = model.reduce(0.0).map_or_else(|| model.gradient.clone(), |r| r.gradient);
         let free = self.free(&point, &gradient);
+        let tolerance = self.tolerance.max(ROUGH * cost.abs());
         while self.damping < 1e16 {
             if let Some(step) = model.step(self.damping, &free) {
                 let next = self.candidate(&point, &step);
@@ -235,12 +232,12 @@ impl<'a, L: Landscape> Solver<Walk<'a, L>, Here> for LevenbergMarquardt {
                     let ratio = (fall / expected).clamp(0.0, 1.0);
                     self.damping *= (1.0 - (2.0 * ratio - 1.0).powi(3)).max(1.0 / 3.0);
                     self.growth = 2.0;
-                    if fall < self.tolerance && expected < self.tolerance {
+                    if fall < tolerance && expected < tolerance {
                         self.end = Some("converged: the last step lowered the cost by less than the tolerance");
                     }
                     return Ok((state.param(next).cost(found), None));
                 }
-                if expected.abs() < self.tolerance {
+                if expected.abs() < tolerance {
                     self.end = Some("converged: no step would lower the cost by more than the tolerance");
                     break;
                 }
@@ -279,7 +276,7 @@ pub struct Outcome {
 }
 
 /// Searches `landscape` from `start` for the least cost within `limits`; a fall in cost below
-/// `tolerance` ends it.
+/// `tolerance` (or 1e-8 of the cost) ends it.
 pub fn minimise<L: Landscape>(
     landscape: &L,
     start: DVector<f64>,

@@ -2,7 +2,7 @@
 
 Two environment variables name what is judged:
 FMU     the file RearLoadBicycle.fmu
-NATIVE  the program of fmu/examples/native.rs, the same bicycle without FMI
+WOBBLE  the program, which simulates the same bicycle without FMI
 """
 
 import csv
@@ -48,14 +48,18 @@ def unzipped(fmu, tmp_path_factory) -> Path:
 @pytest.fixture(scope="session")
 def native():
     """Runs the bicycle without FMI; returns its columns by name."""
-    program = from_environment("NATIVE")
+    program = from_environment("WOBBLE")
 
     def run(step: float, stop: float, start_values: dict, *changes: str) -> dict:
-        settings = [f"{name}={value}" for name, value in start_values.items()]
-        command = [program, repr(step), repr(stop), *settings, *changes]
+        command = [program, "simulate", "--step", repr(step), "--duration", repr(stop)]
+        for name, value in start_values.items():
+            command += ["--set", f"{name}={value}"]
+        for change in changes:
+            command += ["--at", change]
         output = subprocess.run(command, check=True, capture_output=True, text=True)
         header, *rows = csv.reader(output.stdout.splitlines())
+        names = [column.split("[")[0] for column in header]
         columns = np.array(rows, dtype=float).T
-        return dict(zip(header, columns, strict=True))
+        return dict(zip(names, columns, strict=True))
 
     return run

@@ -1,1 +1,10 @@
 //! The house from outside.
+
+mod claims;
+mod fmu;
+mod program;
+mod readme;
+mod recorded;
+mod recovery;
+mod spectra;
+mod wobble;

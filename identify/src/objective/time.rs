@@ -42,6 +42,8 @@ pub struct Time {
     windows: usize,
     states: Vec<usize>,
     measured: Vec<Vec<f64>>,
+    /// States that the ride records, looked at or not: where the windows' searches start.
+    recorded: Vec<(usize, Vec<f64>)>,
     torque: Vec<f64>,
     speed: Vec<f64>,
 }
@@ -107,6 +109,11 @@ impl Time {
                 Error::unknown("state", channel, State::TABLE.iter().map(|row| row.name))
             })?);
         }
+        let recorded = State::TABLE
+            .iter()
+            .enumerate()
+            .filter_map(|(i, row)| Some((i, ride.channel(row.name).ok()?.to_vec())))
+            .collect();
         let problem = Self {
             unknowns,
             channels: channels.to_vec(),
@@ -118,6 +125,7 @@ impl Time {
             windows,
             states,
             measured,
+            recorded,
             torque,
             speed,
         };
@@ -171,21 +179,21 @@ impl Time {
     }
 
     /// All variables of the search: the free parameters and the windows' initial states, these
-    /// from straight lines through the first tenth of a second of each channel.
+    /// from straight lines through the first tenth of a second of each state that was recorded.
     pub fn start(&self) -> DVector<f64> {
         let mut z: Vec<f64> = self.unknowns.start.variables(&self.unknowns.free).iter().copied().collect();
         let samples = ((0.1 / self.step).round() as usize).clamp(2, self.length);
         for window in 0..self.windows {
             let mut state = [0.0; STATES];
-            for (channel, &index) in self.measured.iter().zip(&self.states) {
+            for (index, channel) in &self.recorded {
                 let (value, slope) = line(&channel[window * self.length..][..samples], self.step);
-                state[index] = value;
-                let rate = match State::TABLE[index].name {
+                state[*index] = value;
+                let rate = match State::TABLE[*index].name {
                     "roll" => State::index("roll_rate"),
                     "steer" => State::index("steer_rate"),
                     _ => None,
                 };
-                if let Some(rate) = rate.filter(|r| !self.states.contains(r)) {
+                if let Some(rate) = rate.filter(|r| self.recorded.iter().all(|(i, _)| i != r)) {
                     state[rate] = slope;
                 }
             }
@@ -334,14 +342,8 @@ impl Time {
         let pieces = self.pieces(&bicycle);
         let mut replayed = vec![Vec::with_capacity(self.windows * self.length); self.channels.len()];
         for window in 0..self.windows {
-            // with the parameters given the window is nearly linear in its start
             for _ in 0..4 {
-                let own = self.window(&bicycle, &all, window);
-                let reduced = own.reduce(0.0).or_else(|| own.reduce(1e-9));
-                let step = reduced.ok_or_else(|| Error::Search("a window is singular".into()))?.blocks_alone();
-                let at = self.shared() + window * STATES;
-                let mut state = all.rows_mut(at, STATES);
-                state += &step[0];
+                self.settle_window(&bicycle, pieces, &mut all, window);
             }
             let residuals = self.residuals(&bicycle, pieces, &all, window);
             for (k, residual) in residuals.iter().enumerate() {
@@ -351,6 +353,24 @@ impl Time {
             }
         }
         Ok(replayed)
+    }
+
+    /// Moves a window's initial state downhill: one damped Gauss–Newton step on it alone.
+    fn settle_window(&self, bicycle: &Bicycle, pieces: usize, z: &mut DVector<f64>, window: usize) {
+        let cost = self.residuals(bicycle, pieces, z, window).norm_squared();
+        let Block { gradient, curvature, .. } = self.window(bicycle, z, window).blocks.remove(0);
+        let at = self.shared() + window * STATES;
+        let before = z.rows(at, STATES).into_owned();
+        for damping in [1e-6, 1e-3, 1.0, 1e3] {
+            let scaled = &curvature + DMatrix::from_diagonal(&curvature.diagonal()) * damping;
+            if let Some(factor) = scaled.cholesky() {
+                z.rows_mut(at, STATES).copy_from(&(&before - factor.solve(&gradient)));
+                if self.residuals(bicycle, pieces, z, window).norm_squared() < cost {
+                    return;
+                }
+            }
+        }
+        z.rows_mut(at, STATES).copy_from(&before);
     }
 
     /// How the replay at `z` compares with the record.

@@ -1,0 +1,105 @@
+//! The table of parameters, as cells and as plain text.
+
+use super::number::Numbers;
+use super::words::advice;
+use crate::fit::Fit;
+use crate::free::Free;
+use crate::verdict::Estimate;
+use std::fmt::Write as _;
+
+/// Heads of the columns of [`cells`].
+pub(super) const HEADS: [&str; 8] = [
+    "parameter",
+    "symbol",
+    "estimate",
+    "std. error",
+    "95 % interval",
+    "bounds",
+    "verdict",
+    "trades against",
+];
+/// Width of a line of text in a terminal.
+const LINE: usize = 80;
+/// What stands where there is nothing to say.
+const NOTHING: &str = "–";
+
+/// The symbol of a row of the tables.
+fn symbol(name: &str) -> &'static str {
+    Free::new(name).map_or("", |free| free.row.symbol)
+}
+
+/// An estimate as cells, in the order of [`HEADS`].
+pub(super) fn cells(estimate: &Estimate) -> [String; HEADS.len()] {
+    let Numbers {
+        value,
+        std_error,
+        interval,
+        bounds,
+        unit,
+    } = Numbers::of(estimate);
+    let trades = match &estimate.trades_against[..] {
+        [] => NOTHING.into(),
+        names => names.join(", "),
+    };
+    let bound = if estimate.at_bound {
+        ", at a bound"
+    } else {
+        ""
+    };
+    [
+        estimate.name.clone(),
+        symbol(&estimate.name).into(),
+        format!("{value} {unit}"),
+        std_error.unwrap_or_else(|| NOTHING.into()),
+        interval.unwrap_or_else(|| NOTHING.into()),
+        bounds,
+        format!("{}{bound}", estimate.verdict.name()),
+        trades,
+    ]
+}
+
+/// The table of parameters as plain text, ending in a line break; before it, where a parameter is
+/// not determined, what would determine it.
+pub fn table(fit: &Fit) -> String {
+    let mut text = advice(fit).map_or_else(String::new, |advice| wrapped(&advice) + "\n");
+    let rows: Vec<_> = std::iter::once(HEADS.map(str::to_owned))
+        .chain(fit.parameters.iter().map(cells))
+        .collect();
+    let widths: [usize; HEADS.len()] =
+        std::array::from_fn(|c| rows.iter().map(|row| width(&row[c])).max().unwrap_or(0));
+    for row in &rows {
+        let mut line = String::new();
+        for (cell, column) in row.iter().zip(widths) {
+            let _ = write!(line, "{cell}{:1$}", "", column - width(cell) + 2);
+        }
+        text += line.trim_end();
+        text.push('\n');
+    }
+    text
+}
+
+/// Columns that `text` takes in a terminal: combining marks, as the dot of θ̇, take none.
+fn width(text: &str) -> usize {
+    text.chars()
+        .filter(|c| !('\u{300}'..='\u{36f}').contains(c))
+        .count()
+}
+
+/// `text` broken between words, every line ended.
+fn wrapped(text: &str) -> String {
+    let mut wrapped = String::new();
+    let mut column = 0;
+    for word in text.split(' ') {
+        if column > 0 && column + 1 + width(word) > LINE {
+            wrapped.push('\n');
+            column = 0;
+        }
+        if column > 0 {
+            wrapped.push(' ');
+            column += 1;
+        }
+        wrapped += word;
+        column += width(word);
+    }
+    wrapped + "\n"
+}

@@ -1,0 +1,302 @@
+//! What a fit says, in sentences.
+
+use super::number::{Numbers, significant, supported};
+use crate::fit::Fit;
+use crate::objective::Objective;
+use crate::verdict::{Estimate, Verdict};
+
+/// What would determine the parameters that this fit leaves undetermined; none where there is no
+/// such parameter.
+pub fn advice(fit: &Fit) -> Option<String> {
+    let lost: Vec<&Estimate> = with(fit, Verdict::NotDetermined);
+    if lost.is_empty() {
+        return None;
+    }
+    let names = |list: &[&Estimate]| join(list.iter().map(|p| p.name.as_str()));
+    let mut sentences = vec![format!("{} not determine {}.", subject(fit), names(&lost))];
+    let part = |kind: fn(&str) -> bool| -> Vec<&Estimate> {
+        lost.iter().copied().filter(|p| kind(&p.name)).collect()
+    };
+    let (tyres, pair) = (part(tyre), part(friction));
+    if fit.objective == Objective::Time {
+        sentences.push("A longer ride, a livelier one or quieter sensors would help.".into());
+    } else {
+        let recorded = |name: &&&str| fit.channels.iter().any(|c| c == **name);
+        let missing: Vec<&str> = ["roll_rate", "yaw_rate"]
+            .iter()
+            .filter(|name| !recorded(name))
+            .copied()
+            .collect();
+        if !tyres.is_empty() && !missing.is_empty() {
+            let channels = capitalised(&join(missing.iter().map(|name| words(name))));
+            sentences.push(format!(
+                "{channels} recorded besides would determine the tyres ({}), given a \
+                 ride long enough.",
+                names(&tyres)
+            ));
+        } else if !tyres.is_empty() && fit.objective == Objective::Amplitude {
+            sentences.push(format!(
+                "The objective whittle, which uses the cross-spectra of these channels, would \
+                 determine the tyres ({}).",
+                names(&tyres)
+            ));
+        }
+        let torque = part(|name| tyre(name) || friction(name) || name == DAMPING);
+        if !torque.is_empty() {
+            let all = if pair.len() == 2 && tyres.len() == 2 {
+                "all four".into()
+            } else {
+                names(&torque)
+            };
+            let all = all.replace(
+                DAMPING,
+                "viscous and Coulomb friction, which effective_damping stands for",
+            );
+            sentences.push(format!("A measured steer torque would determine {all}."));
+        }
+        if !pair.is_empty() {
+            sentences.push(
+                "Of viscous and Coulomb friction a spectrum knows one sum only; several rides at \
+                 clearly different intensities would separate the two weakly."
+                    .into(),
+            );
+        } else if torque.iter().any(|p| p.name == DAMPING) {
+            sentences.push("More rides narrow effective_damping slowly.".into());
+        }
+    }
+    let bound: Vec<&Estimate> = lost.iter().copied().filter(|p| p.at_bound).collect();
+    if !bound.is_empty() {
+        sentences.push(format!(
+            "The search ended at a bound of {}, which is no estimate.",
+            names(&bound)
+        ));
+    }
+    let others = part(|name| !tyre(name) && !friction(name) && name != DAMPING);
+    if !others.is_empty() {
+        sentences.push(format!(
+            "Where {} can be measured directly, hold it at that value.",
+            names(&others)
+        ));
+    }
+    Some(sentences.join(" "))
+}
+
+const DAMPING: &str = "effective_damping";
+
+fn tyre(name: &str) -> bool {
+    name.ends_with("cornering_stiffness") || name.ends_with("camber_stiffness")
+}
+
+fn friction(name: &str) -> bool {
+    ["viscous_friction", "coulomb_friction"].contains(&name)
+}
+
+/// What the fit looked at, and a verb.
+fn subject(fit: &Fit) -> String {
+    let channels = join(fit.channels.iter().map(|name| words(name)));
+    match (fit.objective, fit.channels.len()) {
+        (Objective::Time, _) => "This ride, although its steer torque was measured, does".into(),
+        (_, 1) => format!("{} alone does", capitalised(&channels)),
+        _ => format!("{} of one ride do", capitalised(&channels)),
+    }
+}
+
+/// The estimates with a verdict.
+fn with(fit: &Fit, verdict: Verdict) -> Vec<&Estimate> {
+    fit.parameters
+        .iter()
+        .filter(|p| p.verdict == verdict)
+        .collect()
+}
+
+/// How the misfit of a fit is to be read.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Reading {
+    /// Within the scatter that chance gives a true model.
+    Explained,
+    /// Less than that.
+    Small,
+    /// More than that, but below one and a half.
+    Slight,
+    /// More than that, and above one and a half.
+    Unexplained,
+}
+
+/// Half width of the range in which the misfit of a true model lies 95 times in 100: the mean of
+/// `observations` squares of normal residuals has the standard deviation √(2/n). That of Rayleigh
+/// amplitudes is √(2.2/n), of powers under a Hann window √(35/18/n).
+pub(super) fn scatter(observations: usize) -> f64 {
+    2.0 * (2.0 / observations as f64).sqrt()
+}
+
+impl Reading {
+    /// Of a fit.
+    pub(super) fn of(fit: &Fit) -> Self {
+        let scatter = scatter(fit.observations);
+        match fit.misfit - 1.0 {
+            over if over < -scatter => Self::Small,
+            over if over <= scatter => Self::Explained,
+            over if over <= 0.5 => Self::Slight,
+            _ => Self::Unexplained,
+        }
+    }
+
+    /// A clause on `what` was looked at.
+    fn clause(self, what: &str) -> String {
+        match self {
+            Self::Explained => format!("the model explains {what}"),
+            Self::Small => {
+                format!("the model comes closer to {what} than the assumed scatter lets expect")
+            }
+            Self::Slight => format!("the model explains {what} almost, not to within chance"),
+            Self::Unexplained => format!("the model does not explain {what}"),
+        }
+    }
+}
+
+/// What the objective compares.
+fn compared(fit: &Fit) -> &'static str {
+    match (fit.objective, fit.channels.len()) {
+        (Objective::Time, _) => "the recorded motion",
+        (Objective::Whittle, 2..) => "the spectra and cross-spectra",
+        (_, 1) => "the spectrum",
+        _ => "the spectra",
+    }
+}
+
+/// The result of a fit in one sentence, or two where the search did not come to an end.
+pub(super) fn headline(fit: &Fit) -> String {
+    let judged = fit
+        .parameters
+        .iter()
+        .filter(|p| p.verdict != Verdict::Nuisance)
+        .count();
+    let determined = with(fit, Verdict::Determined);
+    let value = |p: &&Estimate| format!("{} {}", words(&p.name), Numbers::of(p).in_words());
+    let mut parts = Vec::new();
+    if judged > 0 {
+        let values = join(determined.iter().map(value));
+        parts.push(match determined.len() {
+            0 => format!("none of {judged} parameters determined"),
+            n => format!("{n} of {judged} parameters determined: {values}"),
+        });
+    }
+    for verdict in [Verdict::Weak, Verdict::NotDetermined] {
+        let names = with(fit, verdict);
+        // where all are lost, the advice names them
+        if !names.is_empty() && names.len() < judged {
+            parts.push(format!(
+                "{}: {}",
+                verdict.name(),
+                join(names.iter().map(|p| words(&p.name)))
+            ));
+        }
+    }
+    let reading = Reading::of(fit);
+    let caution = match reading {
+        Reading::Unexplained => {
+            ", so the numbers are those of the nearest bicycle of this model, not of the ridden \
+             one"
+        }
+        _ => "",
+    };
+    let misfit = significant(fit.misfit, 3);
+    parts.push(format!(
+        "{} (misfit {misfit}){caution}",
+        reading.clause(compared(fit))
+    ));
+    let sentence = format!("{}.", capitalised(&parts.join("; ")));
+    if fit.converged {
+        sentence
+    } else {
+        format!(
+            "{sentence} The search did not converge: {}.",
+            fit.termination
+        )
+    }
+}
+
+/// The misfit with what it means.
+pub(super) fn misfit(fit: &Fit) -> String {
+    let scatter = scatter(fit.observations);
+    let residual = match fit.objective {
+        Objective::Amplitude => {
+            "difference of measured and expected amplitude over its standard deviation"
+        }
+        Objective::Whittle => "Fourier coefficient over the model's cross-spectral matrix",
+        Objective::Time => "difference of record and replay over the noise of its channel",
+    };
+    let meaning = match Reading::of(fit) {
+        Reading::Explained => {
+            "This fit lies in that range: nothing in these data speaks against the model."
+        }
+        Reading::Small => {
+            "This fit lies below: the assumed scatter or noise is too large for this ride, and \
+             the standard errors are rather too wide."
+        }
+        Reading::Slight => {
+            "This fit lies above: something small is missing in the model or the assumed noise \
+             is a little too small; the standard errors are somewhat too narrow."
+        }
+        Reading::Unexplained => {
+            "This fit lies far above: the model does not describe the ride. The estimates are \
+             those of its nearest bicycle; their standard errors say how sharp that nearest \
+             point is, not how close it is to the truth."
+        }
+    };
+    format!(
+        "The misfit is {}: the mean square of the {residual}, over {} observations. It is 1 \
+         where the model is true; by chance alone it then lies between {} and {} in 95 of 100 \
+         rides. {meaning}",
+        significant(fit.misfit, 3),
+        fit.observations,
+        supported((1.0 - scatter).max(0.0), scatter),
+        supported(1.0 + scatter, scatter),
+    )
+}
+
+/// What the search did, in words.
+pub(super) fn work(fit: &Fit) -> String {
+    let work = fit.work;
+    let count = |n: u64, noun: &str| format!("{n} {noun}{}", if n == 1 { "" } else { "s" });
+    let passes = match work.passes {
+        0 | 1 => String::new(),
+        n => format!(" over {n} passes, the weights renewed between them"),
+    };
+    format!(
+        "The search took {}{passes}, {} of the cost and {} of gradient and curvature, and ended: \
+         {}. Least cost {}, {}.",
+        count(work.iterations, "iteration"),
+        count(work.cost_evaluations, "evaluation"),
+        work.curvature_evaluations,
+        fit.termination,
+        significant(fit.cost, 6),
+        match fit.objective {
+            Objective::Whittle => "−log likelihood but for a constant",
+            Objective::Amplitude | Objective::Time => "½ Σ r²",
+        }
+    )
+}
+
+/// A name of the tables as words.
+pub(super) fn words(name: &str) -> String {
+    name.replace('_', " ").replace("coulomb", "Coulomb")
+}
+
+/// `a`, `a and b`, `a, b and c`.
+pub(super) fn join<S: Into<String>>(items: impl Iterator<Item = S>) -> String {
+    let mut items: Vec<String> = items.map(Into::into).collect();
+    match items.pop() {
+        None => String::new(),
+        Some(last) if items.is_empty() => last,
+        Some(last) => format!("{} and {last}", items.join(", ")),
+    }
+}
+
+/// `text` with a capital letter first.
+pub(super) fn capitalised(text: &str) -> String {
+    let mut letters = text.chars();
+    letters.next().map_or_else(String::new, |first| {
+        first.to_uppercase().chain(letters).collect()
+    })
+}

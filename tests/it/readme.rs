@@ -1,0 +1,22 @@
+//! The README's commands do what they say.
+
+use crate::wobble::wobble;
+use std::path::Path;
+
+#[test]
+fn every_wobble_line_of_the_readme_runs() {
+    let readme = Path::new(env!("CARGO_MANIFEST_DIR")).join("../README.md");
+    let text = std::fs::read_to_string(readme).expect("README.md");
+    let folder = tempfile::tempdir().expect("a folder");
+    let mut calls = 0;
+    // the first command of the README, by another spelling
+    assert_eq!(wobble(folder.path(), "demo").code, 0);
+    for line in text.lines().filter_map(|line| line.trim().strip_prefix("wobble ")) {
+        let arguments = line.split('#').next().unwrap_or_default();
+        let called = wobble(folder.path(), arguments);
+        assert_eq!(called.code, 0, "wobble {line}: {}", called.err);
+        calls += 1;
+    }
+    assert!(calls >= 10, "{calls} calls found");
+    assert!(text.lines().count() <= 150, "the README grew");
+}
