@@ -144,7 +144,10 @@ impl ClosedLoop {
             (parameters.viscous_friction, parameters.coulomb_friction) = (damping, 0.0);
         }
         let parts = linear::apart(&parameters, formulation, drive.speed);
-        let torque = parts.input.column(Input::index("steer_torque").expect("a row")).into_owned();
+        let torque = parts
+            .input
+            .column(Input::index("steer_torque").expect("a row"))
+            .into_owned();
         // begin with friction at a steer rate of .3 rad/s rms and everything else linear
         let mut covariance = Matrix5::zeros();
         covariance[(STEER_RATE, STEER_RATE)] = 0.09;
@@ -154,7 +157,10 @@ impl ClosedLoop {
             state = with_gains(&parts, &parameters, drive.speed, &covariance);
             let unstable = || {
                 let worst = linear::eigenvalues(&state)[0];
-                Error::Unstable { growth: worst.re, frequency: worst.im.abs() / TAU }
+                Error::Unstable {
+                    growth: worst.re,
+                    frequency: worst.im.abs() / TAU,
+                }
             };
             let mut next = stationary(&state, &torque, TAU * drive.remnant_corner)
                 .ok_or_else(unstable)?
@@ -170,7 +176,12 @@ impl ClosedLoop {
             // Six passes give the spectrum to a per mille; the derivatives by differences, and
             // with them the verdict on what is singular, want the fixed point itself.
             if change < 1e-13 || pass == 60 {
-                return Ok(Self { state, torque, covariance, drive: drive.clone() });
+                return Ok(Self {
+                    state,
+                    torque,
+                    covariance,
+                    drive: drive.clone(),
+                });
             }
         }
     }
@@ -229,10 +240,18 @@ impl ClosedLoop {
         for i in 0..n {
             for j in 0..=i {
                 let real = expect(i, j, |z| z.re);
-                let imaginary = if i == j { vec![0.0; real.len()] } else { expect(i, j, |z| z.im) };
+                let imaginary = if i == j {
+                    vec![0.0; real.len()]
+                } else {
+                    expect(i, j, |z| z.im)
+                };
                 bins.resize(real.len(), DMatrix::zeros(n, n));
                 for (bin, (re, im)) in bins.iter_mut().zip(real.into_iter().zip(imaginary)) {
-                    let white = if i == j { noise[i] * noise[i] * step } else { 0.0 };
+                    let white = if i == j {
+                        noise[i] * noise[i] * step
+                    } else {
+                        0.0
+                    };
                     bin[(i, j)] = Complex::new(re + white, im);
                     bin[(j, i)] = bin[(i, j)].conj();
                 }
@@ -286,9 +305,16 @@ mod tests {
             rider_steer_rate_gain: 0.0,
             ..Parameters::default()
         };
-        let drive =
-            Drive { speed: 2.2, remnant_intensity: 1.0, remnant_corner: 2.0, lines: Vec::new() };
+        let drive = Drive {
+            speed: 2.2,
+            remnant_intensity: 1.0,
+            remnant_corner: 2.0,
+            lines: Vec::new(),
+        };
         let error = ClosedLoop::new(&rideless, Formulation::Repaired, &drive, None).unwrap_err();
-        assert!(matches!(error, Error::Unstable { growth, .. } if growth > 1.0), "{error}");
+        assert!(
+            matches!(error, Error::Unstable { growth, .. } if growth > 1.0),
+            "{error}"
+        );
     }
 }

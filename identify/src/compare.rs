@@ -61,11 +61,17 @@ pub fn amplitudes(ride: &Ride, channel: &str, recipe: &Recipe) -> Result<Amplitu
 pub fn bands(rides: &[Ride], channel: &str, recipe: &Recipe) -> Result<Vec<BandRow>> {
     let mut rows: Vec<BandRow> = Vec::new();
     for (low, high) in BANDS {
-        let recipe = Recipe { band: (low, high), ..recipe.clone() };
+        let recipe = Recipe {
+            band: (low, high),
+            ..recipe.clone()
+        };
         let mut first = None;
         for ride in rides {
-            let analysis = Analysis::new(&recipe, ride.step(), ride.len())
-                .map_err(|cause| Error::InFile { file: ride.name(), cause: Box::new(cause) })?;
+            let analysis =
+                Analysis::new(&recipe, ride.step(), ride.len()).map_err(|cause| Error::InFile {
+                    file: ride.name(),
+                    cause: Box::new(cause),
+                })?;
             let coefficients = analysis.coefficients(ride.signal(channel)?);
             let power: f64 = coefficients.iter().map(nalgebra::Complex::norm_sqr).sum();
             let rms = (2.0 * power / analysis.duration()).sqrt();
@@ -73,7 +79,11 @@ pub fn bands(rides: &[Ride], channel: &str, recipe: &Recipe) -> Result<Vec<BandR
             let (reference, of) = *first.get_or_insert((rms, bins));
             let same = std::ptr::eq(ride, &raw const rides[0]);
             // the power in n bins scatters by 1/√n, its root by half of that
-            let scatter = if same { 0.0 } else { 1.96 * 0.5 * (1.0 / bins + 1.0 / of).sqrt() };
+            let scatter = if same {
+                0.0
+            } else {
+                1.96 * 0.5 * (1.0 / bins + 1.0 / of).sqrt()
+            };
             let ratio = rms / reference;
             let interval = (ratio * (-scatter).exp(), ratio * scatter.exp());
             let verdict = match interval {
@@ -81,7 +91,15 @@ pub fn bands(rides: &[Ride], channel: &str, recipe: &Recipe) -> Result<Vec<BandR
                 (_, high) if high < 1.0 => "falls",
                 _ => "no change",
             };
-            rows.push(BandRow { ride: ride.name(), low, high, rms, ratio, interval, verdict });
+            rows.push(BandRow {
+                ride: ride.name(),
+                low,
+                high,
+                rms,
+                ratio,
+                interval,
+                verdict,
+            });
         }
     }
     Ok(rows)
@@ -97,12 +115,29 @@ mod tests {
     #[test]
     fn twice_the_remnant_doubles_every_band_and_a_ride_does_not_change_against_itself() {
         let ride = |intensity, seed| {
-            let excitation = Excitation { remnant_intensity: intensity, ..Excitation::default() };
-            Synthesis { excitation, seed, ..Synthesis::default() }.ride().unwrap()
+            let excitation = Excitation {
+                remnant_intensity: intensity,
+                ..Excitation::default()
+            };
+            Synthesis {
+                excitation,
+                seed,
+                ..Synthesis::default()
+            }
+            .ride()
+            .unwrap()
         };
-        let rows = bands(&[ride(1.0, 1), ride(1.0, 1), ride(4.0, 2)], "steer", &Recipe::default()).unwrap();
+        let rows = bands(
+            &[ride(1.0, 1), ride(1.0, 1), ride(4.0, 2)],
+            "steer",
+            &Recipe::default(),
+        )
+        .unwrap();
         for band in rows.chunks(3) {
-            assert_eq!((band[0].ratio, band[1].ratio, band[1].verdict), (1.0, 1.0, "no change"));
+            assert_eq!(
+                (band[0].ratio, band[1].ratio, band[1].verdict),
+                (1.0, 1.0, "no change")
+            );
             assert_eq!(band[2].verdict, "rises");
             // a factor of 4, within three standard deviations of the interval stated
             let (low, high) = band[2].interval;

@@ -4,7 +4,7 @@
 
 mod canvas;
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;
 
 use crate::run::{Curve, Trace};
 use bicycle::cases::{COGS, Course, DURATION, TRAILS};

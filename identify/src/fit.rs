@@ -50,7 +50,10 @@ impl Default for Plan {
             parameters: Parameters::default(),
             formulation: Formulation::default(),
             speed: bicycle::Input::default().speed,
-            excitation: Excitation { remnant_intensity: 1.0, ..Excitation::default() },
+            excitation: Excitation {
+                remnant_intensity: 1.0,
+                ..Excitation::default()
+            },
             objective: None,
             channels: None,
             free: None,
@@ -146,11 +149,13 @@ pub struct Resolved {
 pub fn resolve(ride: &Ride, plan: &Plan) -> Result<Resolved> {
     let has = |name: &&&'static str| ride.has(name);
     let three = SPECTRAL.iter().all(|name| ride.has(name));
-    let objective = plan.objective.unwrap_or(match (ride.has("steer_torque"), three) {
-        (true, _) => Objective::Time,
-        (false, true) => Objective::Whittle,
-        (false, false) => Objective::Amplitude,
-    });
+    let objective = plan
+        .objective
+        .unwrap_or(match (ride.has("steer_torque"), three) {
+            (true, _) => Objective::Time,
+            (false, true) => Objective::Whittle,
+            (false, false) => Objective::Amplitude,
+        });
     let channels = plan.channels.clone().unwrap_or_else(|| match objective {
         Objective::Amplitude => vec!["steer"],
         Objective::Whittle | Objective::Time => SPECTRAL.iter().filter(has).copied().collect(),
@@ -163,23 +168,40 @@ pub fn resolve(ride: &Ride, plan: &Plan) -> Result<Resolved> {
         None => {
             let names: &[&str] = match (objective, channels.len()) {
                 (Objective::Time, _) => &crate::free::ALL,
-                (_, 3..) => &["cornering_stiffness", "camber_stiffness", "effective_damping"],
+                (_, 3..) => &[
+                    "cornering_stiffness",
+                    "camber_stiffness",
+                    "effective_damping",
+                ],
                 _ => &["effective_damping"],
             };
-            names.iter().map(|name| Free::new(name)).collect::<Result<_>>()?
+            names
+                .iter()
+                .map(|name| Free::new(name))
+                .collect::<Result<_>>()?
         }
     };
     if objective != Objective::Time && !free.iter().any(Free::nuisance) {
         free.push(Free::new("remnant_intensity")?);
     }
     check_friction(&free, objective)?;
-    let taper = if channels.len() > 1 { Taper::Hann } else { Taper::Rectangle };
-    let start = Candidate { parameters: plan.parameters, excitation: plan.excitation };
+    let taper = if channels.len() > 1 {
+        Taper::Hann
+    } else {
+        Taper::Rectangle
+    };
+    let start = Candidate {
+        parameters: plan.parameters,
+        excitation: plan.excitation,
+    };
     Ok(Resolved {
         objective,
         channels,
         unknowns: Unknowns { free, start },
-        recipe: Recipe { taper, ..plan.recipe.clone() },
+        recipe: Recipe {
+            taper,
+            ..plan.recipe.clone()
+        },
     })
 }
 
@@ -201,37 +223,61 @@ fn check_friction(free: &[Free], objective: Objective) -> Result<()> {
 
 /// Fits `plan` to `ride`; `progress` is told what is being done.
 pub fn fit(ride: &Ride, plan: &Plan, progress: &dyn Fn(&str)) -> Result<Fit> {
-    let Resolved { objective, channels, unknowns, recipe } = resolve(ride, plan)?;
+    let Resolved {
+        objective,
+        channels,
+        unknowns,
+        recipe,
+    } = resolve(ride, plan)?;
     let free = unknowns.free.clone();
     let noise = plan.noise.as_deref();
     progress("reading the ride");
     if objective == Objective::Time {
-        let problem =
-            Time::new(ride, &channels, unknowns, plan.formulation, plan.window, noise)?;
+        let problem = Time::new(
+            ride,
+            &channels,
+            unknowns,
+            plan.formulation,
+            plan.window,
+            noise,
+        )?;
         return fit_time(&problem, plan, progress);
     }
     let measured = Measured::new(ride, &channels, &recipe, plan.speed, noise)?;
-    let spectral = Spectral { measured, unknowns, formulation: plan.formulation };
+    let spectral = Spectral {
+        measured,
+        unknowns,
+        formulation: plan.formulation,
+    };
     let observations = spectral.measured.coefficients.len() * channels.len();
     if observations <= free.len() {
-        return Err(Error::TooFewObservations { free: free.len(), found: observations });
+        return Err(Error::TooFewObservations {
+            free: free.len(),
+            found: observations,
+        });
     }
     let start = start_of(&spectral, objective)?;
     progress("searching");
     let (outcome, work, here, nominal, misfit) = match objective {
         Objective::Whittle => {
-            let problem = Whittle { spectral: spectral.clone() };
+            let problem = Whittle {
+                spectral: spectral.clone(),
+            };
             check_influence(&problem, &free, &start, objective)?;
             let (outcome, work) = search(&problem, &free, start, plan, 1e-9)?;
             let here = problem.information(&outcome.point)?;
-            let nominal = problem.information(&nominal_variables(&free, &outcome.point)).ok();
+            let nominal = problem
+                .information(&nominal_variables(&free, &outcome.point))
+                .ok();
             let misfit = problem.misfit(&outcome.point)?;
             (outcome, work, here, nominal, misfit)
         }
         _ => {
             let (problem, outcome, work) = fit_amplitude(&spectral, &free, start, plan, progress)?;
             let here = problem.information(&outcome.point)?;
-            let nominal = problem.information(&nominal_variables(&free, &outcome.point)).ok();
+            let nominal = problem
+                .information(&nominal_variables(&free, &outcome.point))
+                .ok();
             let misfit = 2.0 * outcome.cost / observations as f64;
             (outcome, work, here, nominal, misfit)
         }
@@ -269,7 +315,10 @@ fn start_of(spectral: &Spectral, objective: Objective) -> Result<DVector<f64>> {
             Err(error) => cause = error.to_string(),
         }
     }
-    Err(Error::NoStart { objective: objective.name(), cause })
+    Err(Error::NoStart {
+        objective: objective.name(),
+        cause,
+    })
 }
 
 /// The variables of the nominal values; a nuisance keeps its own.
@@ -365,7 +414,9 @@ fn fit_time(problem: &Time, plan: &Plan, progress: &dyn Fn(&str)) -> Result<Fit>
     progress("searching");
     let (outcome, work) = search(problem, free, start, plan, 1e-5)?;
     let here = problem.information(&outcome.point)?;
-    let nominal = problem.information(&nominal_variables(free, &outcome.point)).ok();
+    let nominal = problem
+        .information(&nominal_variables(free, &outcome.point))
+        .ok();
     let mut fit = assemble(
         Objective::Time,
         (free, &problem.channels, &problem.noise),
@@ -391,14 +442,21 @@ fn assemble(
     (here, nominal): (&Information, Option<&Information>),
     work: Work,
 ) -> Fit {
-    let values: Vec<f64> = free.iter().zip(outcome.point.iter()).map(|(f, z)| f.value(*z)).collect();
+    let values: Vec<f64> = free
+        .iter()
+        .zip(outcome.point.iter())
+        .map(|(f, z)| f.value(*z))
+        .collect();
     let (parameters, correlation) = judge(free, &values, here, nominal);
     Fit {
         objective,
         channels: channels.iter().map(|c| (*c).to_owned()).collect(),
         noise: noise.to_vec(),
         parameters,
-        correlation: correlation.row_iter().map(|row| row.iter().copied().collect()).collect(),
+        correlation: correlation
+            .row_iter()
+            .map(|row| row.iter().copied().collect())
+            .collect(),
         cost: outcome.cost,
         misfit: f64::NAN,
         observations: 0,
@@ -435,7 +493,7 @@ fn notes(spectral: &Spectral, z: &DVector<f64>, closed_loop: &ClosedLoop) -> Vec
              {} N.m it implies a viscous friction of {implied:.3} N.m.s/rad{}",
             closed_loop.steer_rate_deviation(),
             p.coulomb_friction,
-            if implied < 0.0 { ", which no bicycle has: the assumed Coulomb friction is too large" } else { "" },
+            if implied < 0.0 { ", which no bicycle has: too much Coulomb friction is assumed, or the damping is too uncertain to say" } else { "" },
         ));
     }
     for line in &spectral.measured.lines {

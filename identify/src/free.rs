@@ -8,8 +8,12 @@ use nalgebra::DVector;
 const LEAST_INTENSITY: f64 = 1e-3;
 
 /// The names behind `--free all`.
-pub const ALL: [&str; 4] =
-    ["cornering_stiffness", "camber_stiffness", "viscous_friction", "coulomb_friction"];
+pub const ALL: [&str; 4] = [
+    "cornering_stiffness",
+    "camber_stiffness",
+    "viscous_friction",
+    "coulomb_friction",
+];
 
 /// Where the value of a free parameter goes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -46,7 +50,12 @@ impl Free {
             Place::Bicycle(index) => &Parameters::TABLE[index],
             Place::Excitation(index) => &Excitation::TABLE[index],
         };
-        let mut free = Self { row, place, lower: row.min, upper: row.max };
+        let mut free = Self {
+            row,
+            place,
+            lower: row.min,
+            upper: row.max,
+        };
         if free.logarithmic() {
             free.lower = free.lower.max(LEAST_INTENSITY);
         }
@@ -57,11 +66,26 @@ impl Free {
     pub fn within(self, lower: f64, upper: f64) -> Result<Self> {
         let Self { row, .. } = self;
         if lower < upper && row.admits(lower) && row.admits(upper) {
-            let lower = if self.logarithmic() { lower.max(LEAST_INTENSITY) } else { lower };
-            return Ok(Self { lower, upper, ..self });
+            let lower = if self.logarithmic() {
+                lower.max(LEAST_INTENSITY)
+            } else {
+                lower
+            };
+            return Ok(Self {
+                lower,
+                upper,
+                ..self
+            });
         }
         let (name, unit) = (row.name.to_owned(), row.unit.symbol);
-        Err(Error::Bounds { name, lower, upper, min: row.min, max: row.max, unit })
+        Err(Error::Bounds {
+            name,
+            lower,
+            upper,
+            min: row.min,
+            max: row.max,
+            unit,
+        })
     }
 
     /// Whether the search runs over the logarithm of the value.
@@ -92,22 +116,36 @@ impl Free {
 
     /// Variable of the search from a value \[SI\].
     pub fn variable(&self, value: f64) -> f64 {
-        if self.logarithmic() { value.ln() } else { value / self.scale() }
+        if self.logarithmic() {
+            value.ln()
+        } else {
+            value / self.scale()
+        }
     }
 
     /// Value \[SI\] from a variable of the search.
     pub fn value(&self, variable: f64) -> f64 {
-        if self.logarithmic() { variable.exp() } else { variable * self.scale() }
+        if self.logarithmic() {
+            variable.exp()
+        } else {
+            variable * self.scale()
+        }
     }
 
     /// Change of the value per change of the variable, at a value \[SI\].
     pub fn slope(&self, value: f64) -> f64 {
-        if self.logarithmic() { value } else { self.scale() }
+        if self.logarithmic() {
+            value
+        } else {
+            self.scale()
+        }
     }
 
     /// Width of the interval the literature measured, or of the bounds where it measured none.
     pub fn yardstick(&self) -> f64 {
-        self.row.measured.map_or(self.upper - self.lower, |(low, high)| high - low)
+        self.row
+            .measured
+            .map_or(self.upper - self.lower, |(low, high)| high - low)
     }
 }
 
@@ -149,6 +187,10 @@ impl Candidate {
 
     /// The variables of its own values.
     pub fn variables(&self, free: &[Free]) -> DVector<f64> {
-        DVector::from_iterator(free.len(), free.iter().map(|f| f.variable(self.get(f).clamp(f.lower, f.upper))))
+        DVector::from_iterator(
+            free.len(),
+            free.iter()
+                .map(|f| f.variable(self.get(f).clamp(f.lower, f.upper))),
+        )
     }
 }

@@ -87,8 +87,19 @@ fn rows() -> impl Iterator<Item = &'static Quantity> {
 
 impl Run {
     /// Puts a fit of `plan` on record.
-    pub fn new(ride: Source, bicycle: &str, plan: &Plan, law_in_loop: bool, seed: u64, fit: Fit) -> Self {
-        let values = plan.parameters.to_array().into_iter().chain(plan.excitation.to_array());
+    pub fn new(
+        ride: Source,
+        bicycle: &str,
+        plan: &Plan,
+        law_in_loop: bool,
+        seed: u64,
+        fit: Fit,
+    ) -> Self {
+        let values = plan
+            .parameters
+            .to_array()
+            .into_iter()
+            .chain(plan.excitation.to_array());
         Self {
             program: concat!("wobble ", env!("CARGO_PKG_VERSION")).into(),
             ride,
@@ -127,12 +138,19 @@ impl Run {
 
     /// The plan that makes the same fit again.
     pub fn plan(&self) -> Result<Plan> {
-        let mut start = Candidate { parameters: Parameters::default(), excitation: Excitation::default() };
+        let mut start = Candidate {
+            parameters: Parameters::default(),
+            excitation: Excitation::default(),
+        };
         for (name, value) in &self.start.rows {
             start.set(&Free::new(name)?, *value);
         }
         let formulation: Formulation = self.start.formulation.parse().map_err(|_| {
-            Error::unknown("formulation", &self.start.formulation, Formulation::ALL.map(Formulation::name))
+            Error::unknown(
+                "formulation",
+                &self.start.formulation,
+                Formulation::ALL.map(Formulation::name),
+            )
         })?;
         let channel = |name: &String| crate::ride::quantity(name).map(|row| row.name);
         Ok(Plan {
@@ -141,7 +159,13 @@ impl Run {
             speed: self.start.speed,
             excitation: start.excitation,
             objective: Some(self.fit.objective),
-            channels: Some(self.fit.channels.iter().map(channel).collect::<Result<_>>()?),
+            channels: Some(
+                self.fit
+                    .channels
+                    .iter()
+                    .map(channel)
+                    .collect::<Result<_>>()?,
+            ),
             free: Some(self.free()?),
             recipe: self.asked.recipe.clone(),
             window: self.asked.window,
@@ -158,7 +182,10 @@ impl Run {
     /// The fitted bicycle and what drives it.
     pub fn fitted(&self) -> Result<Candidate> {
         let plan = self.plan()?;
-        self.fit.candidate(&Candidate { parameters: plan.parameters, excitation: plan.excitation })
+        self.fit.candidate(&Candidate {
+            parameters: plan.parameters,
+            excitation: plan.excitation,
+        })
     }
 
     /// The variables of the search at the estimates.
@@ -213,9 +240,19 @@ impl Run {
         }
         let z = self.variables(&resolved.unknowns.free);
         let noise = Some(self.fit.noise.as_slice());
-        let measured = Measured::new(ride, &resolved.channels, &resolved.recipe, plan.speed, noise)?;
+        let measured = Measured::new(
+            ride,
+            &resolved.channels,
+            &resolved.recipe,
+            plan.speed,
+            noise,
+        )?;
         let unit = measured.analysis.to_amplitude();
-        let spectral = Spectral { measured, unknowns: resolved.unknowns, formulation: plan.formulation };
+        let spectral = Spectral {
+            measured,
+            unknowns: resolved.unknowns,
+            formulation: plan.formulation,
+        };
         let expected = spectral.expected(&z)?;
         let measured = &spectral.measured;
         // |Y|² is exponential with mean S
@@ -228,10 +265,19 @@ impl Run {
                 let power: Vec<f64> = expected.iter().map(|bin| bin[(c, c)].re).collect();
                 Curve {
                     channel: (*channel).into(),
-                    unit: crate::ride::quantity(channel).map_or("", |row| row.unit.symbol).into(),
+                    unit: crate::ride::quantity(channel)
+                        .map_or("", |row| row.unit.symbol)
+                        .into(),
                     frequency: measured.analysis.frequencies(),
-                    measured: measured.coefficients.iter().map(|y| unit * y[c].norm()).collect(),
-                    expected: power.iter().map(|s| unit * (0.25 * std::f64::consts::PI * s).sqrt()).collect(),
+                    measured: measured
+                        .coefficients
+                        .iter()
+                        .map(|y| unit * y[c].norm())
+                        .collect(),
+                    expected: power
+                        .iter()
+                        .map(|s| unit * (0.25 * std::f64::consts::PI * s).sqrt())
+                        .collect(),
                     low: power.iter().map(|s| quantile(*s, 0.025)).collect(),
                     high: power.iter().map(|s| quantile(*s, 0.975)).collect(),
                 }
@@ -245,12 +291,20 @@ impl Run {
         let plan = self.plan()?;
         let resolved = fit::resolve(ride, &plan)?;
         let time: Vec<f64> = (0..ride.len()).map(|i| ride.time(i)).collect();
-        let unit = |channel: &str| crate::ride::quantity(channel).map(|row| row.unit.symbol.to_owned());
+        let unit =
+            |channel: &str| crate::ride::quantity(channel).map(|row| row.unit.symbol.to_owned());
         if resolved.objective == Objective::Time {
             let noise = Some(self.fit.noise.as_slice());
             let channels = resolved.channels.clone();
             let unknowns = resolved.unknowns;
-            let problem = Time::new(ride, &channels, unknowns, plan.formulation, plan.window, noise)?;
+            let problem = Time::new(
+                ride,
+                &channels,
+                unknowns,
+                plan.formulation,
+                plan.window,
+                noise,
+            )?;
             let replayed = problem.replay_all(&self.variables(&problem.unknowns.free))?;
             return channels
                 .iter()
@@ -271,7 +325,10 @@ impl Run {
         let synthesis = Synthesis {
             parameters: self.as_simulated(&fitted),
             formulation: plan.formulation,
-            input: Input { speed: plan.speed, ..Input::default() },
+            input: Input {
+                speed: plan.speed,
+                ..Input::default()
+            },
             excitation: fitted.excitation,
             duration: ride.duration(),
             rate: ride.rate(),
@@ -279,7 +336,9 @@ impl Run {
             seed: self.asked.seed,
             ..Synthesis::default()
         };
-        let Ok(simulated) = synthesis.ride() else { return Ok(Vec::new()) };
+        let Ok(simulated) = synthesis.ride() else {
+            return Ok(Vec::new());
+        };
         let window = (resolved.recipe.average / ride.step()).round() as usize;
         resolved
             .channels

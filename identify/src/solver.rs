@@ -118,7 +118,9 @@ impl Quadratic {
         for (cross, gradient) in &reduced.solved {
             step.extend((-gradient - cross * &shared).iter());
         }
-        step.iter().all(|v| v.is_finite()).then(|| DVector::from_vec(step))
+        step.iter()
+            .all(|v| v.is_finite())
+            .then(|| DVector::from_vec(step))
     }
 
     /// By how much the undamped model falls along `step`.
@@ -218,7 +220,9 @@ impl<'a, L: Landscape> Solver<Walk<'a, L>, Here> for LevenbergMarquardt {
         let point = state.take_param().expect("every iteration leaves a point");
         let cost = state.get_cost();
         let model = problem.hessian(&point)?;
-        let gradient = model.reduce(0.0).map_or_else(|| model.gradient.clone(), |r| r.gradient);
+        let gradient = model
+            .reduce(0.0)
+            .map_or_else(|| model.gradient.clone(), |r| r.gradient);
         let free = self.free(&point, &gradient);
         let tolerance = self.tolerance.max(ROUGH * cost.abs());
         while self.damping < 1e16 {
@@ -227,25 +231,33 @@ impl<'a, L: Landscape> Solver<Walk<'a, L>, Here> for LevenbergMarquardt {
                 let step = &next - &point;
                 let expected = model.fall(&step);
                 let found = problem.cost(&next)?;
-                let fall = if found.is_finite() { cost - found } else { f64::NEG_INFINITY };
+                let fall = if found.is_finite() {
+                    cost - found
+                } else {
+                    f64::NEG_INFINITY
+                };
                 if fall > 0.0 {
                     let ratio = (fall / expected).clamp(0.0, 1.0);
                     self.damping *= (1.0 - (2.0 * ratio - 1.0).powi(3)).max(1.0 / 3.0);
                     self.growth = 2.0;
                     if fall < tolerance && expected < tolerance {
-                        self.end = Some("converged: the last step lowered the cost by less than the tolerance");
+                        self.end = Some(
+                            "converged: the last step lowered the cost by less than the tolerance",
+                        );
                     }
                     return Ok((state.param(next).cost(found), None));
                 }
                 if expected.abs() < tolerance {
-                    self.end = Some("converged: no step would lower the cost by more than the tolerance");
+                    self.end =
+                        Some("converged: no step would lower the cost by more than the tolerance");
                     break;
                 }
             }
             self.damping *= self.growth;
             self.growth *= 2.0;
         }
-        self.end.get_or_insert("stalled: no step, however short, lowers the cost");
+        self.end
+            .get_or_insert("stalled: no step, however short, lowers the cost");
         Ok((state.param(point).cost(cost), None))
     }
 
@@ -284,7 +296,13 @@ pub fn minimise<L: Landscape>(
     tolerance: f64,
     max_iterations: u64,
 ) -> Result<Outcome> {
-    let solver = LevenbergMarquardt { limits, damping: 1e-3, growth: 2.0, tolerance, end: None };
+    let solver = LevenbergMarquardt {
+        limits,
+        damping: 1e-3,
+        growth: 2.0,
+        tolerance,
+        end: None,
+    };
     let result = Executor::new(Walk(landscape), solver)
         .configure(|state| state.param(start).max_iters(max_iterations).counting(true))
         .run()
@@ -294,7 +312,10 @@ pub fn minimise<L: Landscape>(
         })?;
     let state = result.state;
     let count = |name: &str| state.get_func_counts().get(name).copied().unwrap_or(0);
-    let converged = result.solver.end.is_some_and(|why| why.starts_with("converged"));
+    let converged = result
+        .solver
+        .end
+        .is_some_and(|why| why.starts_with("converged"));
     Ok(Outcome {
         point: state.get_best_param().expect("the start at least").clone(),
         cost: state.get_best_cost(),
@@ -323,7 +344,11 @@ mod tests {
     }
     impl Landscape for Valley {
         fn cost(&self, p: &DVector<f64>) -> f64 {
-            if p[0] < -1.5 { f64::NAN } else { 0.5 * Self::residual(p).norm_squared() }
+            if p[0] < -1.5 {
+                f64::NAN
+            } else {
+                0.5 * Self::residual(p).norm_squared()
+            }
         }
         fn quadratic(&self, p: &DVector<f64>) -> Result<Quadratic> {
             let j = DMatrix::from_row_slice(2, 2, &[-20.0 * p[0], 10.0, -1.0, 0.0]);
@@ -346,9 +371,11 @@ mod tests {
     #[test]
     fn the_valley_is_walked_to_its_end_and_the_work_counted() {
         let start = DVector::from_row_slice(&[-1.2, 1.0]);
-        let outcome =
-            minimise(&Valley, start, box_of([-2.0; 2], [2.0; 2]), 1e-20, 100).unwrap();
-        assert!((&outcome.point - DVector::from_element(2, 1.0)).norm() < 1e-8, "{outcome:?}");
+        let outcome = minimise(&Valley, start, box_of([-2.0; 2], [2.0; 2]), 1e-20, 100).unwrap();
+        assert!(
+            (&outcome.point - DVector::from_element(2, 1.0)).norm() < 1e-8,
+            "{outcome:?}"
+        );
         assert!(outcome.converged && outcome.iterations < 30, "{outcome:?}");
         assert!(outcome.cost_evaluations >= outcome.iterations);
     }
@@ -357,9 +384,11 @@ mod tests {
     fn a_bound_holds_and_the_rest_is_optimal_on_it() {
         // with x ≤ ½ the least of the valley is at x = ½, y = ¼
         let start = DVector::from_row_slice(&[-1.2, 1.0]);
-        let outcome =
-            minimise(&Valley, start, box_of([-2.0; 2], [0.5, 2.0]), 1e-20, 100).unwrap();
-        assert!((&outcome.point - DVector::from_row_slice(&[0.5, 0.25])).norm() < 1e-8, "{outcome:?}");
+        let outcome = minimise(&Valley, start, box_of([-2.0; 2], [0.5, 2.0]), 1e-20, 100).unwrap();
+        assert!(
+            (&outcome.point - DVector::from_row_slice(&[0.5, 0.25])).norm() < 1e-8,
+            "{outcome:?}"
+        );
     }
 
     #[test]
@@ -372,7 +401,10 @@ mod tests {
             if block { entry(i, j) } else { 0.0 }
         });
         let residual = DVector::from_fn(20, |i, _| entry(i, 11));
-        let (h, g) = (jacobian.transpose() * &jacobian, jacobian.transpose() * &residual);
+        let (h, g) = (
+            jacobian.transpose() * &jacobian,
+            jacobian.transpose() * &residual,
+        );
         let block = |k: usize| Block {
             share: jacobian.view((10 * k, 0), (10, 2)).transpose() * residual.rows(10 * k, 10),
             gradient: g.rows(2 + 3 * k, 3).into_owned(),

@@ -62,7 +62,12 @@ pub struct Recipe {
 impl Default for Recipe {
     /// The paper's moving average, 1000 samples at 200 Hz, and the band it discusses.
     fn default() -> Self {
-        Self { average: 5.0, band: (0.3, 3.0), taper: Taper::Rectangle, lines: Vec::new() }
+        Self {
+            average: 5.0,
+            band: (0.3, 3.0),
+            taper: Taper::Rectangle,
+            lines: Vec::new(),
+        }
     }
 }
 
@@ -85,7 +90,11 @@ pub fn moving_average(y: &[f64], window: usize) -> Vec<f64> {
 
 /// What the moving average leaves: the oscillation the paper looks at.
 pub fn residual(y: &[f64], window: usize) -> Vec<f64> {
-    moving_average(y, window).iter().zip(y).map(|(mean, value)| value - mean).collect()
+    moving_average(y, window)
+        .iter()
+        .zip(y)
+        .map(|(mean, value)| value - mean)
+        .collect()
 }
 
 /// A [`Recipe`] applied to records of one length: bins, transforms and the kernel that carries a
@@ -110,7 +119,11 @@ impl Analysis {
             return Err(Error::Band { low, high, nyquist });
         }
         if recipe.average > duration || recipe.average < 2.0 * step {
-            return Err(Error::Average { average: recipe.average, duration, step });
+            return Err(Error::Average {
+                average: recipe.average,
+                duration,
+                step,
+            });
         }
         // a bin on an edge belongs to the band, whatever the rounding
         let edge = 1e-9;
@@ -122,7 +135,11 @@ impl Analysis {
             })
             .collect();
         if bins.is_empty() {
-            return Err(Error::NoBins { low, high, width: 1.0 / duration });
+            return Err(Error::NoBins {
+                low,
+                high,
+                width: 1.0 / duration,
+            });
         }
         Ok(Self {
             recipe: recipe.clone(),
@@ -130,7 +147,9 @@ impl Analysis {
             samples,
             window: (recipe.average / step).round() as usize,
             bins,
-            taper: (0..samples).map(|i| recipe.taper.weight(i, samples)).collect(),
+            taper: (0..samples)
+                .map(|i| recipe.taper.weight(i, samples))
+                .collect(),
             fft: FftPlanner::new().plan_fft_forward(samples),
         })
     }
@@ -157,7 +176,11 @@ impl Analysis {
     /// All Fourier coefficients of the residual under `taper`, scaled so that their mean square is
     /// the two-sided power spectral density [unit²/Hz].
     fn transform(&self, y: &[f64], taper: &[f64]) -> Vec<Complex<f64>> {
-        assert_eq!(y.len(), self.samples, "the analysis was made for another length");
+        assert_eq!(
+            y.len(),
+            self.samples,
+            "the analysis was made for another length"
+        );
         let scale = (self.step / self.samples as f64).sqrt();
         let mut z: Vec<_> = residual(y, self.window)
             .iter()
@@ -185,7 +208,9 @@ impl Analysis {
     /// the record does not reach there. Always through a Hann window: what the rectangle leaks
     /// from below would be taken for noise.
     pub fn noise(&self, y: &[f64], above: f64) -> Option<f64> {
-        let hann: Vec<f64> = (0..self.samples).map(|i| Taper::Hann.weight(i, self.samples)).collect();
+        let hann: Vec<f64> = (0..self.samples)
+            .map(|i| Taper::Hann.weight(i, self.samples))
+            .collect();
         let all = self.transform(y, &hann);
         let powers: Vec<f64> = (1..self.samples.div_ceil(2))
             .filter(|&k| self.frequency(k) > above)
@@ -199,7 +224,11 @@ impl Analysis {
     pub fn line_amplitude(&self, y: &[f64], frequency: f64) -> f64 {
         let z = residual(y, self.window);
         let turn = |i: usize| Complex::from_polar(1.0, -TAU * frequency * self.step * i as f64);
-        let sum: Complex<f64> = z.iter().enumerate().map(|(i, value)| turn(i) * *value).sum();
+        let sum: Complex<f64> = z
+            .iter()
+            .enumerate()
+            .map(|(i, value)| turn(i) * *value)
+            .sum();
         // what the moving average leaves of such a sine
         let x = PI * frequency * self.recipe.average;
         2.0 * sum.norm() / self.samples as f64 / (1.0 - x.sin() / x).abs()
@@ -229,14 +258,23 @@ impl Kernel {
         // band hold all that leaks into it
         let spacing = 0.25 / analysis.duration();
         let top = (analysis.recipe.band.1 + 2.0).min(0.5 / analysis.step);
-        let frequencies: Vec<f64> = (0..=(top / spacing) as usize).map(|j| j as f64 * spacing).collect();
+        let frequencies: Vec<f64> = (0..=(top / spacing) as usize)
+            .map(|j| j as f64 * spacing)
+            .collect();
         let (bins, n) = (analysis.bins.len(), analysis.samples);
         let mut even = vec![0.0; bins * frequencies.len()];
         let mut odd = even.clone();
         for (j, &f) in frequencies.iter().enumerate() {
-            let (re, im): (Vec<f64>, Vec<f64>) =
-                (0..n).map(|i| { let (s, c) = (TAU * f * analysis.step * i as f64).sin_cos(); (c, s) }).unzip();
-            let (re, im) = (analysis.transform(&re, &analysis.taper), analysis.transform(&im, &analysis.taper));
+            let (re, im): (Vec<f64>, Vec<f64>) = (0..n)
+                .map(|i| {
+                    let (s, c) = (TAU * f * analysis.step * i as f64).sin_cos();
+                    (c, s)
+                })
+                .unzip();
+            let (re, im) = (
+                analysis.transform(&re, &analysis.taper),
+                analysis.transform(&im, &analysis.taper),
+            );
             for (b, &k) in analysis.bins.iter().enumerate() {
                 // e^{iωt} = cos + i sin, e^{−iωt} = cos − i sin
                 let turn = Complex::<f64>::i() * im[k];
@@ -246,7 +284,11 @@ impl Kernel {
                 odd[b * frequencies.len() + j] = (plus - minus) * spacing;
             }
         }
-        Self { frequencies, even, odd }
+        Self {
+            frequencies,
+            even,
+            odd,
+        }
     }
 
     /// Expected |Y_k|² from an even density `density` [unit²/Hz] on [`Self::frequencies`].
@@ -276,19 +318,35 @@ mod tests {
     const SAMPLES: usize = 4800;
 
     fn analysis(taper: Taper) -> Analysis {
-        Analysis::new(&Recipe { taper, ..Recipe::default() }, STEP, SAMPLES).unwrap()
+        Analysis::new(
+            &Recipe {
+                taper,
+                ..Recipe::default()
+            },
+            STEP,
+            SAMPLES,
+        )
+        .unwrap()
     }
 
     fn sine(frequency: f64, amplitude: f64) -> Vec<f64> {
-        (0..SAMPLES).map(|i| amplitude * (TAU * frequency * STEP * i as f64 + 0.4).sin()).collect()
+        (0..SAMPLES)
+            .map(|i| amplitude * (TAU * frequency * STEP * i as f64 + 0.4).sin())
+            .collect()
     }
 
     #[test]
     fn an_even_window_takes_one_more_before_than_after_and_shrinks_at_the_ends() {
         let y = [1.0, 2.0, 4.0, 8.0, 16.0];
         // MATLAB: movmean([1 2 4 8 16], 4), movmean(…, 3)
-        assert_eq!(moving_average(&y, 4), [1.5, 7.0 / 3.0, 3.75, 7.5, 28.0 / 3.0]);
-        assert_eq!(moving_average(&y, 3), [1.5, 7.0 / 3.0, 14.0 / 3.0, 28.0 / 3.0, 12.0]);
+        assert_eq!(
+            moving_average(&y, 4),
+            [1.5, 7.0 / 3.0, 3.75, 7.5, 28.0 / 3.0]
+        );
+        assert_eq!(
+            moving_average(&y, 3),
+            [1.5, 7.0 / 3.0, 14.0 / 3.0, 28.0 / 3.0, 12.0]
+        );
     }
 
     #[test]
@@ -299,28 +357,53 @@ mod tests {
             assert!((exact - gain).abs() < 1e-4, "known gain at {f} Hz: {exact}");
             // ten minutes, so that the shrinking windows at the ends weigh under 1 %
             let n = 120_000;
-            let recipe = Recipe { taper: Taper::Hann, ..Recipe::default() };
+            let recipe = Recipe {
+                taper: Taper::Hann,
+                ..Recipe::default()
+            };
             let long = Analysis::new(&recipe, STEP, n).unwrap();
-            let y: Vec<f64> = (0..n).map(|i| 2.0 * (TAU * f * STEP * i as f64).sin()).collect();
-            let bin = long.frequencies().iter().position(|b| (b - f).abs() < 1e-9).unwrap();
+            let y: Vec<f64> = (0..n)
+                .map(|i| 2.0 * (TAU * f * STEP * i as f64).sin())
+                .collect();
+            let bin = long
+                .frequencies()
+                .iter()
+                .position(|b| (b - f).abs() < 1e-9)
+                .unwrap();
             let amplitude = long.coefficients(&y)[bin].norm() * long.to_amplitude();
-            assert!((amplitude / 2.0 / gain - 1.0).abs() < 2e-3, "{f} Hz: {amplitude}");
+            assert!(
+                (amplitude / 2.0 / gain - 1.0).abs() < 2e-3,
+                "{f} Hz: {amplitude}"
+            );
         }
         // and with both tapers on a 24 s record; the shrinking windows at its ends weigh .2 %
         for taper in [Taper::Rectangle, Taper::Hann] {
             let a = analysis(taper);
-            let bin = a.frequencies().iter().position(|f| (f - 2.5).abs() < 1e-9).unwrap();
+            let bin = a
+                .frequencies()
+                .iter()
+                .position(|f| (f - 2.5).abs() < 1e-9)
+                .unwrap();
             let amplitude = a.coefficients(&sine(2.5, 0.1))[bin].norm() * a.to_amplitude();
             let gain = 1.0 - (12.5 * PI).sin() / (12.5 * PI);
-            assert!((amplitude / 0.1 / gain - 1.0).abs() < 5e-3, "{taper:?}: {amplitude}");
+            assert!(
+                (amplitude / 0.1 / gain - 1.0).abs() < 5e-3,
+                "{taper:?}: {amplitude}"
+            );
         }
     }
 
     #[test]
     fn parseval() {
-        let y: Vec<f64> = (0..SAMPLES).map(|i| ((i * i) as f64 * 0.37).sin()).collect();
+        let y: Vec<f64> = (0..SAMPLES)
+            .map(|i| ((i * i) as f64 * 0.37).sin())
+            .collect();
         let a = analysis(Taper::Rectangle);
-        let power: f64 = a.transform(&y, &a.taper).iter().map(Complex::norm_sqr).sum();
+        let power: f64 = a
+            .transform(&y, &a.taper)
+            .iter()
+            .map(Complex::norm_sqr)
+            .sum();
         let energy: f64 = residual(&y, 1000).iter().map(|z| z * z).sum();
         // Σ_k |Y_k|² = step · Σ_i z_i², to round-off
         assert!((power / (energy * STEP) - 1.0).abs() < 1e-12);
@@ -337,12 +420,18 @@ mod tests {
             density[j] = 0.25 / kernel.frequencies[1];
             let expected = kernel.expect_real(&density);
             // mean over phases: that of a sine and a cosine
-            let (s, c) = (sine(kernel.frequencies[j], 1.0), (0..SAMPLES)
-                .map(|i| (TAU * kernel.frequencies[j] * STEP * i as f64 + 0.4).cos()).collect::<Vec<_>>());
+            let (s, c) = (
+                sine(kernel.frequencies[j], 1.0),
+                (0..SAMPLES)
+                    .map(|i| (TAU * kernel.frequencies[j] * STEP * i as f64 + 0.4).cos())
+                    .collect::<Vec<_>>(),
+            );
             let (s, c) = (a.coefficients(&s), a.coefficients(&c));
             for (k, e) in expected.iter().enumerate() {
                 let mean = 0.5 * (s[k].norm_sqr() + c[k].norm_sqr());
-                assert!((mean - e).abs() < 1e-12 * expected.iter().fold(0.0, |a: f64, b| a.max(*b)));
+                assert!(
+                    (mean - e).abs() < 1e-12 * expected.iter().fold(0.0, |a: f64, b| a.max(*b))
+                );
             }
             // white noise of density 1, variance 1/step: the sum over its samples, one by one;
             // what leaks in from beyond the kernel's grid is below 1 %
@@ -364,18 +453,31 @@ mod tests {
 
     #[test]
     fn lines_are_masked_three_bins_to_each_side() {
-        let recipe = Recipe { lines: vec![Line { frequency: 1.11 }], ..Recipe::default() };
+        let recipe = Recipe {
+            lines: vec![Line { frequency: 1.11 }],
+            ..Recipe::default()
+        };
         let f = Analysis::new(&recipe, STEP, SAMPLES).unwrap().frequencies();
         assert!(f.iter().all(|f| (f - 1.11).abs() > 3.0 / 24.0));
         assert_eq!(f.len(), analysis(Taper::Rectangle).frequencies().len() - 6);
-        assert!((analysis(Taper::Rectangle).line_amplitude(&sine(1.11, 0.2), 1.11) / 0.2 - 1.0).abs() < 0.02);
+        assert!(
+            (analysis(Taper::Rectangle).line_amplitude(&sine(1.11, 0.2), 1.11) / 0.2 - 1.0).abs()
+                < 0.02
+        );
     }
 
     #[test]
     fn what_cannot_be_analysed_is_said() {
-        let message = |recipe: Recipe, n| Analysis::new(&recipe, STEP, n).err().unwrap().to_string();
+        let message =
+            |recipe: Recipe, n| Analysis::new(&recipe, STEP, n).err().unwrap().to_string();
         assert_eq!(
-            message(Recipe { band: (3.0, 0.3), ..Recipe::default() }, SAMPLES),
+            message(
+                Recipe {
+                    band: (3.0, 0.3),
+                    ..Recipe::default()
+                },
+                SAMPLES
+            ),
             "band: expected 0 <= low < high <= 100 Hz (Nyquist), found 3 to 0.3 Hz"
         );
         assert_eq!(
@@ -383,7 +485,13 @@ mod tests {
             "moving average: expected 0.01 s to 3 s (the record), found 5 s"
         );
         assert_eq!(
-            message(Recipe { band: (0.30, 0.31), ..Recipe::default() }, SAMPLES),
+            message(
+                Recipe {
+                    band: (0.30, 0.31),
+                    ..Recipe::default()
+                },
+                SAMPLES
+            ),
             "band 0.3 to 0.31 Hz: no unmasked bin in it, bins are 0.042 Hz apart"
         );
     }

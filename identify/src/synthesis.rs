@@ -32,10 +32,17 @@ pub struct SensorNoise {
 
 impl SensorNoise {
     /// An encoder of .1°, a gyroscope of .2°/s, a torque sensor of .1 N m.
-    pub const INSTRUMENTED: Self =
-        Self { steer: 0.1 * TAU / 360.0, gyro: 0.2 * TAU / 360.0, torque: 0.1 };
+    pub const INSTRUMENTED: Self = Self {
+        steer: 0.1 * TAU / 360.0,
+        gyro: 0.2 * TAU / 360.0,
+        torque: 0.1,
+    };
     /// No noise.
-    pub const NONE: Self = Self { steer: 0.0, gyro: 0.0, torque: 0.0 };
+    pub const NONE: Self = Self {
+        steer: 0.0,
+        gyro: 0.0,
+        torque: 0.0,
+    };
 }
 
 /// How a ride is made. The same values make the same ride, to the last bit.
@@ -74,7 +81,10 @@ impl Default for Synthesis {
             parameters: Parameters::default(),
             formulation: Formulation::default(),
             input: Input::default(),
-            excitation: Excitation { remnant_intensity: 1.2, ..Excitation::default() },
+            excitation: Excitation {
+                remnant_intensity: 1.2,
+                ..Excitation::default()
+            },
             line: None,
             duration: 24.0,
             rate: 200.0,
@@ -100,8 +110,13 @@ impl Synthesis {
             let position = t / step;
             let i = (position as usize).min(remnant.len() - 2);
             let fraction = position - i as f64;
-            let line = self.line.map_or(0.0, |l| l.amplitude * (TAU * l.frequency * t + phase).sin());
-            remnant[i] * (1.0 - fraction) + remnant[i + 1] * fraction + line + self.input.steer_torque
+            let line = self
+                .line
+                .map_or(0.0, |l| l.amplitude * (TAU * l.frequency * t + phase).sin());
+            remnant[i] * (1.0 - fraction)
+                + remnant[i + 1] * fraction
+                + line
+                + self.input.steer_torque
         };
 
         let mut simulation = Simulation::new(&self.parameters, self.formulation, self.input, 0.0)?;
@@ -114,7 +129,9 @@ impl Synthesis {
                 let seen = simulation.output();
                 let torque = seen.rider_torque + external(t);
                 for (channel, value) in
-                    channels.iter_mut().zip([seen.steer, seen.roll_rate, seen.yaw_rate, torque])
+                    channels
+                        .iter_mut()
+                        .zip([seen.steer, seen.roll_rate, seen.yaw_rate, torque])
                 {
                     channel.push(value);
                 }
@@ -123,14 +140,24 @@ impl Synthesis {
             for piece in 0..pieces {
                 let at = |k: usize| t + step * k as f64 / pieces as f64;
                 let mean = external(0.5 * (at(piece) + at(piece + 1)));
-                simulation.set_input(Input { steer_torque: mean, ..self.input })?;
+                simulation.set_input(Input {
+                    steer_torque: mean,
+                    ..self.input
+                })?;
                 simulation.advance(at(piece + 1))?;
             }
         }
 
-        let deviations = [self.noise.steer, self.noise.gyro, self.noise.gyro, self.noise.torque];
+        let deviations = [
+            self.noise.steer,
+            self.noise.gyro,
+            self.noise.gyro,
+            self.noise.torque,
+        ];
         for (channel, deviation) in channels.iter_mut().zip(deviations) {
-            channel.iter_mut().for_each(|value| *value += deviation * normal());
+            channel
+                .iter_mut()
+                .for_each(|value| *value += deviation * normal());
         }
         let [steer, roll_rate, yaw_rate, torque] = channels;
         let mut ride = Ride::new(0.0, step, samples);

@@ -35,11 +35,20 @@ pub fn simulate(
     duration: f64,
     step: f64,
 ) -> Result<Trajectory> {
-    let [first, later @ ..] = settings else { return Ok(Trajectory { time: vec![], output: vec![], stop: None }) };
+    let [first, later @ ..] = settings else {
+        return Ok(Trajectory {
+            time: vec![],
+            output: vec![],
+            stop: None,
+        });
+    };
     let mut simulation = Simulation::new(&first.parameters, formulation, first.input, 0.0)?;
     let mut later = later.iter().peekable();
-    let mut trajectory =
-        Trajectory { time: vec![0.0], output: vec![simulation.output()], stop: None };
+    let mut trajectory = Trajectory {
+        time: vec![0.0],
+        output: vec![simulation.output()],
+        stop: None,
+    };
     // a duration of 24 s in steps of .005 s has 4800 of them, whatever the rounding
     for n in 1..=(duration / step + 1e-9) as u64 {
         let to = n as f64 * step;

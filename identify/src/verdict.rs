@@ -85,7 +85,11 @@ fn spread(information: &Information) -> Spread {
     let largest = eigen.eigenvalues.amax();
     let mut inverse = DMatrix::zeros(n, n);
     let mut groups: Vec<Option<Vec<usize>>> = vec![None; n];
-    for (value, direction) in eigen.eigenvalues.iter().zip(eigen.eigenvectors.column_iter()) {
+    for (value, direction) in eigen
+        .eigenvalues
+        .iter()
+        .zip(eigen.eigenvectors.column_iter())
+    {
         if *value > SINGULAR * SINGULAR * largest {
             inverse += direction * direction.transpose() / *value;
             continue;
@@ -101,7 +105,10 @@ fn spread(information: &Information) -> Spread {
         None => inverse * information.factor,
         Some(meat) => &inverse * meat * &inverse * information.factor,
     };
-    Spread { covariance, singular: groups }
+    Spread {
+        covariance,
+        singular: groups,
+    }
 }
 
 fn without(information: &Information, kept: &[usize]) -> Information {
@@ -126,8 +133,12 @@ pub fn judge(
     let at_bound: Vec<bool> = free
         .iter()
         .zip(values)
-        .map(|(f, &v)| v - f.lower < 1e-6 * (f.upper - f.lower) || f.upper - v < 1e-6 * (f.upper - f.lower))
+        .map(|(f, &v)| {
+            v - f.lower < 1e-6 * (f.upper - f.lower) || f.upper - v < 1e-6 * (f.upper - f.lower)
+        })
         .collect();
+    // a direction that the data do not see stays unseen where a bound happens to stop the search
+    let unseen = spread(here).singular;
     // what is held at a bound is no longer estimated
     let kept: Vec<usize> = (0..n).filter(|&i| !at_bound[i]).collect();
     let at = spread(&without(here, &kept));
@@ -137,9 +148,13 @@ pub fn judge(
     let mut correlation = DMatrix::identity(n, n);
     for (k, &i) in kept.iter().enumerate() {
         for (l, &j) in kept.iter().enumerate().filter(|(l, _)| *l != k) {
-            let regular = at.singular[k].is_none() && at.singular[l].is_none();
+            let regular = unseen[i].is_none() && unseen[j].is_none();
             let product = deviation(&at, k) * deviation(&at, l);
-            let value = if regular && product > 0.0 { at.covariance[(k, l)] / product } else { 0.0 };
+            let value = if regular && product > 0.0 {
+                at.covariance[(k, l)] / product
+            } else {
+                0.0
+            };
             correlation[(i, j)] = value;
         }
     }
@@ -148,25 +163,25 @@ pub fn judge(
         .map(|i| {
             let (f, value) = (&free[i], values[i]);
             let k = kept.iter().position(|&j| j == i);
-            let singular = k.and_then(|k| at.singular[k].as_ref());
-            let in_search = k.filter(|_| singular.is_none()).map(|k| deviation(&at, k));
+            let in_search = k.filter(|_| unseen[i].is_none()).map(|k| deviation(&at, k));
             let std_error = in_search.map(|s| s * f.slope(value));
             let typical = k.and_then(|k| {
                 let s = nominal.as_ref().filter(|s| s.singular[k].is_none())?;
                 Some(deviation(s, k) * f.slope(value))
             });
-            let rho = std_error.map(|s| s.max(typical.unwrap_or(s)) / (f.yardstick() / 12f64.sqrt()));
+            let rho =
+                std_error.map(|s| s.max(typical.unwrap_or(s)) / (f.yardstick() / 12f64.sqrt()));
             let verdict = match rho {
                 _ if f.nuisance() => Verdict::Nuisance,
                 Some(rho) if rho < 0.3 => Verdict::Determined,
                 Some(rho) if rho <= 0.7 => Verdict::Weak,
                 _ => Verdict::NotDetermined,
             };
-            let trades: Vec<usize> = match singular {
-                Some(group) => group.iter().map(|&k| kept[k]).collect(),
-                None if matches!(verdict, Verdict::Weak | Verdict::NotDetermined) => {
-                    (0..n).filter(|&j| j != i && correlation[(i, j)].abs() > CORRELATED).collect()
-                }
+            let trades: Vec<usize> = match &unseen[i] {
+                Some(group) => group.clone(),
+                None if matches!(verdict, Verdict::Weak | Verdict::NotDetermined) => (0..n)
+                    .filter(|&j| j != i && correlation[(i, j)].abs() > CORRELATED)
+                    .collect(),
                 None => Vec::new(),
             };
             let interval = in_search.map(|s| {
@@ -184,7 +199,10 @@ pub fn judge(
                 upper: f.upper,
                 at_bound: at_bound[i],
                 verdict,
-                trades_against: trades.into_iter().map(|j| free[j].row.name.into()).collect(),
+                trades_against: trades
+                    .into_iter()
+                    .map(|j| free[j].row.name.into())
+                    .collect(),
             }
         })
         .collect();
@@ -201,7 +219,11 @@ mod tests {
     }
 
     fn information(curvature: DMatrix<f64>) -> Information {
-        Information { curvature, meat: None, factor: 1.0 }
+        Information {
+            curvature,
+            meat: None,
+            factor: 1.0,
+        }
     }
 
     #[test]
@@ -209,13 +231,20 @@ mod tests {
         // only c/.3 + d/.15 is seen, C_θ well
         let jacobian = DMatrix::from_row_slice(2, 3, &[100.0, 0.0, 0.0, 0.0, 20.0, 20.0]);
         let a = information(jacobian.transpose() * jacobian);
-        let rows = free(&["cornering_stiffness", "viscous_friction", "coulomb_friction"]);
+        let rows = free(&[
+            "cornering_stiffness",
+            "viscous_friction",
+            "coulomb_friction",
+        ]);
         let (estimates, correlation) = judge(&rows, &[14.0, 0.3, 0.15], &a, Some(&a));
         assert_eq!(estimates[0].verdict, Verdict::Determined);
         assert!((estimates[0].std_error.unwrap() - 0.14).abs() < 1e-12);
         for (i, other) in [(1, "coulomb_friction"), (2, "viscous_friction")] {
             assert_eq!(estimates[i].verdict, Verdict::NotDetermined);
-            assert_eq!((estimates[i].std_error, estimates[i].interval), (None, None));
+            assert_eq!(
+                (estimates[i].std_error, estimates[i].interval),
+                (None, None)
+            );
             assert_eq!(estimates[i].trades_against, [other]);
         }
         assert_eq!(correlation[(1, 2)], 0.0);
@@ -234,8 +263,15 @@ mod tests {
             let z = rho * 10.0 / 12f64.sqrt() / 14.0;
             let a = information(DMatrix::from_element(1, 1, 1.0 / (z * z)));
             let sharp = information(DMatrix::from_element(1, 1, 1e8));
-            assert_eq!(judge(&rows, &[14.0], &a, Some(&sharp)).0[0].verdict, verdict);
-            assert_eq!(judge(&rows, &[14.0], &sharp, Some(&a)).0[0].verdict, verdict, "at nominal");
+            assert_eq!(
+                judge(&rows, &[14.0], &a, Some(&sharp)).0[0].verdict,
+                verdict
+            );
+            assert_eq!(
+                judge(&rows, &[14.0], &sharp, Some(&a)).0[0].verdict,
+                verdict,
+                "at nominal"
+            );
             assert_eq!(judge(&rows, &[14.0], &a, None).0[0].verdict, verdict);
         }
     }
@@ -246,9 +282,31 @@ mod tests {
         let a = information(DMatrix::from_row_slice(2, 2, &[1e4, 5e3, 5e3, 1e4]));
         let (estimates, _) = judge(&rows, &[14.0, 0.0], &a, None);
         assert!(estimates[1].at_bound);
-        assert_eq!((estimates[1].std_error, estimates[1].verdict), (None, Verdict::NotDetermined));
+        assert_eq!(
+            (estimates[1].std_error, estimates[1].verdict),
+            (None, Verdict::NotDetermined)
+        );
         // the other as if the one at its bound were known
         assert!((estimates[0].std_error.unwrap() - 0.14).abs() < 1e-12);
+    }
+
+    #[test]
+    fn an_unseen_direction_stays_unseen_at_a_bound() {
+        let jacobian = DMatrix::from_row_slice(1, 2, &[20.0, 20.0]);
+        let a = information(jacobian.transpose() * jacobian);
+        let rows = free(&["viscous_friction", "coulomb_friction"]);
+        let (estimates, _) = judge(&rows, &[0.0, 0.15], &a, None);
+        assert!(estimates[0].at_bound && !estimates[1].at_bound);
+        for (estimate, other) in estimates
+            .iter()
+            .zip(["coulomb_friction", "viscous_friction"])
+        {
+            assert_eq!(
+                (estimate.std_error, estimate.verdict),
+                (None, Verdict::NotDetermined)
+            );
+            assert_eq!(estimate.trades_against, [other]);
+        }
     }
 
     #[test]
@@ -259,6 +317,9 @@ mod tests {
         assert_eq!(estimates[0].verdict, Verdict::Nuisance);
         assert!((estimates[0].std_error.unwrap() - 0.24).abs() < 1e-12);
         let (low, high) = estimates[0].interval.unwrap();
-        assert!((low * high / 1.44 - 1.0).abs() < 1e-12, "symmetric in the logarithm");
+        assert!(
+            (low * high / 1.44 - 1.0).abs() < 1e-12,
+            "symmetric in the logarithm"
+        );
     }
 }

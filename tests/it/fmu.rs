@@ -73,8 +73,7 @@ impl<'a> Pair<'a> {
         self.instance.setup_experiment(None, 0.0, None)?;
         self.instance
             .set_real(&self.parameters, &parameters.to_array())?;
-        self.instance
-            .set_integer(&[reference], &[number])?;
+        self.instance.set_integer(&[reference], &[number])?;
         self.instance.enter_initialization_mode()?;
         self.instance.exit_initialization_mode()
     }

@@ -18,7 +18,10 @@ fn a_recorded_ride_is_fitted_and_its_misfit_told() {
     assert_eq!(fit["start"]["law_in_loop"], true);
     assert_eq!(fit["parameters"].as_array().expect("rows").len(), 4);
     let misfit = fit["misfit"].as_f64().expect("a number");
-    assert!(misfit > 1.5, "the lumped model explains the Delft bicycle? {misfit}");
+    assert!(
+        misfit > 1.5,
+        "the lumped model explains the Delft bicycle? {misfit}"
+    );
     for replay in fit["replays"].as_array().expect("channels") {
         let vaf = replay["variance_accounted_for"].as_f64().expect("a number");
         assert!(vaf < 1.0, "{replay}");
@@ -35,18 +38,31 @@ fn every_recorded_run_is_read_and_standstill_found_where_it_is() {
     let mut runs = 0;
     for entry in std::fs::read_dir(data.join("sbw-delft")).expect("the data set") {
         let path = entry.expect("an entry").path();
-        let name = path.file_name().and_then(|n| n.to_str()).unwrap_or_default().to_owned();
+        let name = path
+            .file_name()
+            .and_then(|n| n.to_str())
+            .unwrap_or_default()
+            .to_owned();
         if !(name.starts_with("bode") || name.starts_with("eigen")) {
             continue;
         }
         runs += 1;
-        let found = json(folder.path(), &format!("inspect {} --map sbw-delft --json", path.display()));
+        let found = json(
+            folder.path(),
+            &format!("inspect {} --map sbw-delft --json", path.display()),
+        );
         let stands = found["findings"]
             .as_array()
             .expect("findings")
             .iter()
             .any(|finding| finding.to_string().contains("standstill"));
-        let known = ["4mps_1.2Hz", "4mps_2.6Hz", "4mps_3.0Hz", "normal_sil6.5n2_7.2kph", "mm_sil6.5n2_5.4kph"];
+        let known = [
+            "4mps_1.2Hz",
+            "4mps_2.6Hz",
+            "4mps_3.0Hz",
+            "normal_sil6.5n2_7.2kph",
+            "mm_sil6.5n2_5.4kph",
+        ];
         assert_eq!(stands, known.iter().any(|k| name.contains(k)), "{name}");
     }
     assert!(runs > 20, "{runs} runs");

@@ -28,8 +28,14 @@ fn rider() -> Parameters {
 
 fn synthesis(seed: u64) -> Synthesis {
     Synthesis {
-        parameters: Parameters { internal_step: 0.5e-3, ..rider() },
-        excitation: Excitation { remnant_intensity: INTENSITY, ..Excitation::default() },
+        parameters: Parameters {
+            internal_step: 0.5e-3,
+            ..rider()
+        },
+        excitation: Excitation {
+            remnant_intensity: INTENSITY,
+            ..Excitation::default()
+        },
         seed: 500 + seed,
         ..Synthesis::default()
     }
@@ -40,7 +46,11 @@ fn ride(synthesis: &Synthesis) -> Ride {
 }
 
 fn plan(objective: Objective) -> Plan {
-    Plan { parameters: rider(), objective: Some(objective), ..Plan::default() }
+    Plan {
+        parameters: rider(),
+        objective: Some(objective),
+        ..Plan::default()
+    }
 }
 
 fn run(ride: &Ride, plan: &Plan) -> Fit {
@@ -51,7 +61,10 @@ fn run(ride: &Ride, plan: &Plan) -> Fit {
 
 /// The effective damping behind a ride: its own steer rate, without sensor noise.
 fn effective_damping(seed: u64) -> f64 {
-    let ridden = ride(&Synthesis { noise: SensorNoise::NONE, ..synthesis(seed) });
+    let ridden = ride(&Synthesis {
+        noise: SensorNoise::NONE,
+        ..synthesis(seed)
+    });
     let steer = ridden.channel("steer").expect("recorded");
     let rates = steer.windows(2).map(|w| (w[1] - w[0]) / ridden.step());
     let rms = (rates.map(|r| r * r).sum::<f64>() / (steer.len() - 1) as f64).sqrt();
@@ -94,12 +107,23 @@ fn with_the_torque_measured_all_four_come_back() {
                 let start = plan.parameters.get(index) * (0.6 + 0.9 * spread(seed, k as u64));
                 plan.parameters.set(index, start);
             }
-            run(&ride(&Synthesis { torque_recorded: true, ..synthesis(seed) }), &plan)
+            run(
+                &ride(&Synthesis {
+                    torque_recorded: true,
+                    ..synthesis(seed)
+                }),
+                &plan,
+            )
         })
         .collect();
     assert_recovered(&fits, &ALL);
     for fit in &fits {
-        assert!(fit.parameters.iter().all(|e| e.verdict == Verdict::Determined), "{fit:?}");
+        assert!(
+            fit.parameters
+                .iter()
+                .all(|e| e.verdict == Verdict::Determined),
+            "{fit:?}"
+        );
     }
 }
 
@@ -127,12 +151,13 @@ fn from_steering_alone_neither_tyres_nor_the_kinds_of_friction_are_determined() 
             let e = fit.estimate(name).expect("a free parameter");
             assert_eq!(e.verdict, Verdict::NotDetermined, "seed {seed}: {e:?}");
         }
-        for (name, other) in
-            [("viscous_friction", "coulomb_friction"), ("coulomb_friction", "viscous_friction")]
-        {
+        for (name, other) in [
+            ("viscous_friction", "coulomb_friction"),
+            ("coulomb_friction", "viscous_friction"),
+        ] {
             let e = fit.estimate(name).expect("a free parameter");
             assert_eq!(e.std_error, None, "their sum only is seen: {e:?}");
-            assert!(e.at_bound || e.trades_against.iter().any(|t| t == other), "{e:?}");
+            assert!(e.trades_against.iter().any(|t| t == other), "{e:?}");
         }
     }
 }
@@ -158,8 +183,14 @@ fn from_three_channels_the_tyres_come_back_determined() {
 
 #[test]
 fn a_whole_ride_cannot_be_replayed_and_the_eigenvalue_is_named() {
-    let plan = Plan { window: 1.0, ..plan(Objective::Time) };
-    let recorded = ride(&Synthesis { torque_recorded: true, ..synthesis(0) });
+    let plan = Plan {
+        window: 1.0,
+        ..plan(Objective::Time)
+    };
+    let recorded = ride(&Synthesis {
+        torque_recorded: true,
+        ..synthesis(0)
+    });
     let error = fit(&recorded, &plan, &|_| ()).expect_err("the bicycle is unstable");
     assert_eq!(
         error.to_string(),
@@ -174,5 +205,9 @@ fn the_work_of_a_fit_is_counted() {
     // one curvature an iteration, at least one cost an iteration besides the start's
     assert_eq!(fit.work.curvature_evaluations, fit.work.iterations);
     assert!(fit.work.cost_evaluations > fit.work.iterations);
-    assert!(fit.work.iterations <= 30, "about twelve from the nominal values: {:?}", fit.work);
+    assert!(
+        fit.work.iterations <= 30,
+        "about twelve from the nominal values: {:?}",
+        fit.work
+    );
 }

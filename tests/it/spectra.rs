@@ -26,7 +26,10 @@ fn assert_model_spectrum(parameters: Parameters, intensity: f64) {
     for seed in 0..RIDES {
         let ride = Synthesis {
             parameters,
-            excitation: Excitation { remnant_intensity: intensity, ..Excitation::default() },
+            excitation: Excitation {
+                remnant_intensity: intensity,
+                ..Excitation::default()
+            },
             seed: 100 + seed,
             ..Synthesis::default()
         };
@@ -45,7 +48,10 @@ fn assert_model_spectrum(parameters: Parameters, intensity: f64) {
             .map(|(k, _)| k)
             .collect();
         let simulated: f64 = bins.iter().map(|&k| mean[k]).sum();
-        let modelled: f64 = bins.iter().map(|&k| (0.25 * PI * expected[k][(0, 0)].re).sqrt()).sum();
+        let modelled: f64 = bins
+            .iter()
+            .map(|&k| (0.25 * PI * expected[k][(0, 0)].re).sqrt())
+            .sum();
         let ratio = simulated / modelled;
         assert!((ratio - 1.0).abs() < 0.05, "{low} to {high} Hz: {ratio}");
     }

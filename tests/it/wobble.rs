@@ -15,7 +15,11 @@ pub fn program() -> PathBuf {
     let tests = std::env::current_exe().expect("a running test");
     let folder = tests.ancestors().nth(2).expect("target/PROFILE/deps/it");
     let program = folder.join(format!("wobble{}", std::env::consts::EXE_SUFFIX));
-    assert!(program.is_file(), "no program at {}: `cargo build` first", program.display());
+    assert!(
+        program.is_file(),
+        "no program at {}: `cargo build` first",
+        program.display()
+    );
     program
 }
 

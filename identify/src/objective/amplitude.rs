@@ -44,12 +44,15 @@ impl Amplitude {
                 });
                 // noise keeps the coherence below 1, and the matrix regular
                 let factor = covariance.cholesky().map(|c| c.unpack());
-                factor.and_then(|l| l.try_inverse()).unwrap_or_else(|| {
-                    DMatrix::from_diagonal(&m.map(|m| 1.0 / (scatter() * m)))
-                })
+                factor
+                    .and_then(|l| l.try_inverse())
+                    .unwrap_or_else(|| DMatrix::from_diagonal(&m.map(|m| 1.0 / (scatter() * m))))
             })
             .collect();
-        Ok(Self { spectral, whitening })
+        Ok(Self {
+            spectral,
+            whitening,
+        })
     }
 
     /// The spectral problem underneath.
@@ -61,10 +64,14 @@ impl Amplitude {
     pub fn residuals(&self, z: &DVector<f64>) -> Result<DVector<f64>> {
         let expected = self.spectral.expected(z)?;
         let measured = &self.spectral.measured.coefficients;
-        let parts = expected.iter().zip(measured).zip(&self.whitening).flat_map(|((bin, y), w)| {
-            let residual = w * (y.map(nalgebra::Complex::norm) - mean(bin));
-            residual.iter().copied().collect::<Vec<_>>()
-        });
+        let parts = expected
+            .iter()
+            .zip(measured)
+            .zip(&self.whitening)
+            .flat_map(|((bin, y), w)| {
+                let residual = w * (y.map(nalgebra::Complex::norm) - mean(bin));
+                residual.iter().copied().collect::<Vec<_>>()
+            });
         Ok(DVector::from_vec(parts.collect()))
     }
 
@@ -77,7 +84,8 @@ impl Amplitude {
 impl Landscape for Amplitude {
     /// ½ Σ r²; a loop that does not stand has no spectrum: infinitely far away, and no error.
     fn cost(&self, z: &DVector<f64>) -> f64 {
-        self.residuals(z).map_or(f64::INFINITY, |r| 0.5 * r.norm_squared())
+        self.residuals(z)
+            .map_or(f64::INFINITY, |r| 0.5 * r.norm_squared())
     }
 
     fn quadratic(&self, z: &DVector<f64>) -> Result<Quadratic> {
@@ -88,14 +96,16 @@ impl Landscape for Amplitude {
             .slopes(z)?
             .iter()
             .map(|slopes| {
-                let parts = expected.iter().zip(slopes).zip(&self.whitening).flat_map(|((bin, slope), w)| {
-                    let m = mean(bin);
-                    // ∂√(πS/4) = ½ m ∂S/S
-                    let change = DVector::from_fn(m.len(), |i, _| {
-                        -0.5 * m[i] * slope[(i, i)].re / bin[(i, i)].re
-                    });
-                    (w * change).iter().copied().collect::<Vec<_>>()
-                });
+                let parts = expected.iter().zip(slopes).zip(&self.whitening).flat_map(
+                    |((bin, slope), w)| {
+                        let m = mean(bin);
+                        // ∂√(πS/4) = ½ m ∂S/S
+                        let change = DVector::from_fn(m.len(), |i, _| {
+                            -0.5 * m[i] * slope[(i, i)].re / bin[(i, i)].re
+                        });
+                        (w * change).iter().copied().collect::<Vec<_>>()
+                    },
+                );
                 DVector::from_vec(parts.collect())
             })
             .collect();

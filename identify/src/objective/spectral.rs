@@ -53,7 +53,11 @@ impl Measured {
             let samples = ride.signal(channel)?;
             transformed.push(analysis.coefficients(samples));
             let given = noise.and_then(|n| n.get(i).copied());
-            deviations.push(given.or_else(|| analysis.noise(samples, QUIET)).unwrap_or(0.0));
+            deviations.push(
+                given
+                    .or_else(|| analysis.noise(samples, QUIET))
+                    .unwrap_or(0.0),
+            );
         }
         let coefficients = (0..analysis.frequencies().len())
             .map(|k| DVector::from_iterator(channels.len(), transformed.iter().map(|t| t[k])))
@@ -67,12 +71,16 @@ impl Measured {
                 steer_amplitude: analysis.line_amplitude(steer, line.frequency),
             })
             .collect();
-        let speed = ride.channel("speed").map_or(speed, |v| v.iter().sum::<f64>() / v.len() as f64);
+        let speed = ride
+            .channel("speed")
+            .map_or(speed, |v| v.iter().sum::<f64>() / v.len() as f64);
         let states = channels
             .iter()
-            .map(|c| state_index(c).ok_or_else(|| {
-                Error::unknown("state", c, bicycle::State::TABLE.iter().map(|row| row.name))
-            }))
+            .map(|c| {
+                state_index(c).ok_or_else(|| {
+                    Error::unknown("state", c, bicycle::State::TABLE.iter().map(|row| row.name))
+                })
+            })
             .collect::<Result<_>>()?;
         Ok(Self {
             channels: channels.to_vec(),
@@ -109,7 +117,11 @@ impl Spectral {
             remnant_corner: candidate.excitation.remnant_corner,
             lines: self.measured.lines.clone(),
         };
-        let effective = self.unknowns.free.iter().any(|f| f.row.name == "effective_damping");
+        let effective = self
+            .unknowns
+            .free
+            .iter()
+            .any(|f| f.row.name == "effective_damping");
         let damping = effective.then_some(candidate.excitation.effective_damping);
         ClosedLoop::new(&candidate.parameters, self.formulation, &drive, damping)
     }
@@ -117,7 +129,9 @@ impl Spectral {
     /// Expected cross-powers at the variables `z`.
     pub fn expected(&self, z: &DVector<f64>) -> Result<Vec<Bin>> {
         let m = &self.measured;
-        Ok(self.closed_loop(z)?.expected(&m.kernel, &m.states, &m.noise, m.step))
+        Ok(self
+            .closed_loop(z)?
+            .expected(&m.kernel, &m.states, &m.noise, m.step))
     }
 
     /// ∂/∂z of [`Self::expected`], one list of bins for each variable: central differences. Their
@@ -142,6 +156,10 @@ impl Spectral {
     /// What the spectrum knows, from a curvature.
     pub fn information(&self, curvature: DMatrix<f64>) -> Information {
         let factor = self.measured.analysis.recipe().taper.covariance_factor();
-        Information { curvature, meat: None, factor }
+        Information {
+            curvature,
+            meat: None,
+            factor,
+        }
     }
 }

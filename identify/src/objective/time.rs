@@ -86,7 +86,11 @@ impl Time {
             });
         }
         let length = (window / ride.step()).round() as usize;
-        let windows = if length > STATES { ride.len() / length } else { 0 };
+        let windows = if length > STATES {
+            ride.len() / length
+        } else {
+            0
+        };
         if windows < unknowns.free.len() + 1 {
             return Err(Error::Window {
                 ride: ride.name(),
@@ -96,7 +100,10 @@ impl Time {
                 to: ride.time(ride.len() - 1),
             });
         }
-        let recipe = Recipe { average: ride.duration().min(5.0), ..Recipe::default() };
+        let recipe = Recipe {
+            average: ride.duration().min(5.0),
+            ..Recipe::default()
+        };
         let analysis = Analysis::new(&recipe, ride.step(), ride.len())?;
         let (mut measured, mut deviations, mut states) = (Vec::new(), Vec::new(), Vec::new());
         for (i, channel) in channels.iter().enumerate() {
@@ -140,7 +147,12 @@ impl Time {
         let worst = linear::fastest_growth(&parameters, self.formulation, speed);
         let limit = GROWTH / worst.re;
         if worst.re > 0.0 && window > limit {
-            return Err(Error::WindowTooLong { window, limit, re: worst.re, im: worst.im.abs() });
+            return Err(Error::WindowTooLong {
+                window,
+                limit,
+                re: worst.re,
+                im: worst.im.abs(),
+            });
         }
         Ok(())
     }
@@ -181,7 +193,13 @@ impl Time {
     /// All variables of the search: the free parameters and the windows' initial states, these
     /// from straight lines through the first tenth of a second of each state that was recorded.
     pub fn start(&self) -> DVector<f64> {
-        let mut z: Vec<f64> = self.unknowns.start.variables(&self.unknowns.free).iter().copied().collect();
+        let mut z: Vec<f64> = self
+            .unknowns
+            .start
+            .variables(&self.unknowns.free)
+            .iter()
+            .copied()
+            .collect();
         let samples = ((0.1 / self.step).round() as usize).clamp(2, self.length);
         for window in 0..self.windows {
             let mut state = [0.0; STATES];
@@ -215,7 +233,10 @@ impl Time {
         let h = T::from(self.step / pieces as f64);
         for sample in 0..self.length {
             show(sample, &state);
-            let (i, j) = (first + sample, (first + sample + 1).min(self.torque.len() - 1));
+            let (i, j) = (
+                first + sample,
+                (first + sample + 1).min(self.torque.len() - 1),
+            );
             for piece in 0..pieces {
                 state = rk4(state, h, |fraction, x| {
                     let at = (piece as f64 + fraction) / pieces as f64;
@@ -249,7 +270,13 @@ impl Time {
     }
 
     /// Residuals of a window over their noise, measured minus replayed, samples × channels.
-    fn residuals(&self, bicycle: &Bicycle, pieces: usize, z: &DVector<f64>, window: usize) -> DVector<f64> {
+    fn residuals(
+        &self,
+        bicycle: &Bicycle,
+        pieces: usize,
+        z: &DVector<f64>,
+        window: usize,
+    ) -> DVector<f64> {
         let mut residuals = Vec::with_capacity(self.length * self.channels.len());
         let state = State::from_array(self.initial(z, window));
         self.replay(bicycle, pieces, window, state, |sample, x| {
@@ -279,7 +306,9 @@ impl Time {
             };
             let mut parameters = plain.map(DualSVec64::<LANES>::from);
             for (direction, free) in self.unknowns.free.iter().enumerate() {
-                let index = free.bicycle_index().expect("checked when the problem was made");
+                let index = free
+                    .bicycle_index()
+                    .expect("checked when the problem was made");
                 let value = values.get(free);
                 parameters.set(index, seed(value, free.slope(value), direction));
             }
@@ -290,7 +319,9 @@ impl Time {
             self.replay(&bicycle, pieces, window, state, |sample, x| {
                 let x = x.to_array();
                 for (c, (&index, noise)) in self.states.iter().zip(&self.noise).enumerate() {
-                    let eps = x[index].eps.unwrap_generic(nalgebra::Const, nalgebra::Const);
+                    let eps = x[index]
+                        .eps
+                        .unwrap_generic(nalgebra::Const, nalgebra::Const);
                     let row = sample * self.channels.len() + c;
                     for direction in first..(first + LANES).min(shared + STATES) {
                         jacobian[(row, direction)] = -eps[direction - first] / noise;
@@ -305,12 +336,21 @@ impl Time {
     pub fn information(&self, z: &DVector<f64>) -> Result<Information> {
         let quadratic = self.quadratic(z)?;
         // a state that no channel sees leaves its block singular: a trace of damping
-        let reduced = quadratic.reduce(0.0).or_else(|| quadratic.reduce(1e-9)).ok_or_else(|| {
-            Error::Search("the curvature of a window is not finite".into())
-        })?;
-        let meat = reduced.scores.iter().map(|s| s * s.transpose()).sum::<DMatrix<f64>>();
+        let reduced = quadratic
+            .reduce(0.0)
+            .or_else(|| quadratic.reduce(1e-9))
+            .ok_or_else(|| Error::Search("the curvature of a window is not finite".into()))?;
+        let meat = reduced
+            .scores
+            .iter()
+            .map(|s| s * s.transpose())
+            .sum::<DMatrix<f64>>();
         let (n, p) = (self.windows as f64, self.shared() as f64);
-        Ok(Information { curvature: reduced.curvature, meat: Some(meat * (n / (n - p))), factor: 1.0 })
+        Ok(Information {
+            curvature: reduced.curvature,
+            meat: Some(meat * (n / (n - p))),
+            factor: 1.0,
+        })
     }
 
     /// The local model of one window alone.
@@ -337,10 +377,12 @@ impl Time {
     /// that fits it best: one list over the samples a channel.
     pub fn replay_all(&self, z: &DVector<f64>) -> Result<Vec<Vec<f64>>> {
         let mut all = self.start();
-        all.rows_mut(0, self.shared()).copy_from(&z.rows(0, self.shared()));
+        all.rows_mut(0, self.shared())
+            .copy_from(&z.rows(0, self.shared()));
         let bicycle = self.bicycle(&all);
         let pieces = self.pieces(&bicycle);
-        let mut replayed = vec![Vec::with_capacity(self.windows * self.length); self.channels.len()];
+        let mut replayed =
+            vec![Vec::with_capacity(self.windows * self.length); self.channels.len()];
         for window in 0..self.windows {
             for _ in 0..4 {
                 self.settle_window(&bicycle, pieces, &mut all, window);
@@ -358,13 +400,18 @@ impl Time {
     /// Moves a window's initial state downhill: one damped Gauss–Newton step on it alone.
     fn settle_window(&self, bicycle: &Bicycle, pieces: usize, z: &mut DVector<f64>, window: usize) {
         let cost = self.residuals(bicycle, pieces, z, window).norm_squared();
-        let Block { gradient, curvature, .. } = self.window(bicycle, z, window).blocks.remove(0);
+        let Block {
+            gradient,
+            curvature,
+            ..
+        } = self.window(bicycle, z, window).blocks.remove(0);
         let at = self.shared() + window * STATES;
         let before = z.rows(at, STATES).into_owned();
         for damping in [1e-6, 1e-3, 1.0, 1e3] {
             let scaled = &curvature + DMatrix::from_diagonal(&curvature.diagonal()) * damping;
             if let Some(factor) = scaled.cholesky() {
-                z.rows_mut(at, STATES).copy_from(&(&before - factor.solve(&gradient)));
+                z.rows_mut(at, STATES)
+                    .copy_from(&(&before - factor.solve(&gradient)));
                 if self.residuals(bicycle, pieces, z, window).norm_squared() < cost {
                     return;
                 }
@@ -377,8 +424,9 @@ impl Time {
     pub fn replays(&self, z: &DVector<f64>) -> Vec<Replay> {
         let bicycle = self.bicycle(z);
         let pieces = self.pieces(&bicycle);
-        let residuals: Vec<_> =
-            (0..self.windows).map(|w| self.residuals(&bicycle, pieces, z, w)).collect();
+        let residuals: Vec<_> = (0..self.windows)
+            .map(|w| self.residuals(&bicycle, pieces, z, w))
+            .collect();
         let n = self.channels.len();
         (0..n)
             .map(|c| {

@@ -20,9 +20,14 @@ impl Whittle {
         let expected = self.spectral.expected(z)?;
         let channels = self.spectral.measured.channels.len();
         let count = (expected.len() * channels) as f64;
-        let bins = expected.into_iter().zip(&self.spectral.measured.coefficients);
+        let bins = expected
+            .into_iter()
+            .zip(&self.spectral.measured.coefficients);
         let sum: f64 = bins
-            .map(|(bin, y)| bin.cholesky().map_or(f64::INFINITY, |f| y.dotc(&f.solve(y)).re))
+            .map(|(bin, y)| {
+                bin.cholesky()
+                    .map_or(f64::INFINITY, |f| y.dotc(&f.solve(y)).re)
+            })
             .sum();
         Ok(sum / count)
     }
@@ -37,7 +42,9 @@ impl Landscape for Whittle {
     /// −log L; infinite where the loop does not stand or a bin's matrix is not positive definite.
     fn cost(&self, z: &DVector<f64>) -> f64 {
         self.spectral.expected(z).map_or(f64::INFINITY, |expected| {
-            let bins = expected.into_iter().zip(&self.spectral.measured.coefficients);
+            let bins = expected
+                .into_iter()
+                .zip(&self.spectral.measured.coefficients);
             bins.map(|(bin, y)| term(bin, y)).sum()
         })
     }
@@ -47,8 +54,14 @@ impl Landscape for Whittle {
         let slopes = self.spectral.slopes(z)?;
         let n = z.len();
         let (mut gradient, mut curvature) = (DVector::zeros(n), DMatrix::zeros(n, n));
-        for (k, (bin, y)) in expected.into_iter().zip(&self.spectral.measured.coefficients).enumerate() {
-            let Some(factor) = bin.cholesky() else { continue };
+        for (k, (bin, y)) in expected
+            .into_iter()
+            .zip(&self.spectral.measured.coefficients)
+            .enumerate()
+        {
+            let Some(factor) = bin.cholesky() else {
+                continue;
+            };
             // S⁻¹ ∂_iS
             let relative: Vec<Bin> = slopes.iter().map(|s| factor.solve(&s[k])).collect();
             let solved = factor.solve(y);
@@ -64,13 +77,22 @@ impl Landscape for Whittle {
                 }
             }
         }
-        Ok(Quadratic { gradient, curvature, blocks: Vec::new() })
+        Ok(Quadratic {
+            gradient,
+            curvature,
+            blocks: Vec::new(),
+        })
     }
 }
 
 fn term(bin: Bin, y: &DVector<Complex<f64>>) -> f64 {
     bin.cholesky().map_or(f64::INFINITY, |factor| {
-        let log_det: f64 = factor.l_dirty().diagonal().iter().map(|d| 2.0 * d.re.ln()).sum();
+        let log_det: f64 = factor
+            .l_dirty()
+            .diagonal()
+            .iter()
+            .map(|d| 2.0 * d.re.ln())
+            .sum();
         log_det + y.dotc(&factor.solve(y)).re
     })
 }

@@ -75,7 +75,8 @@ pub fn table(fit: &Fit) -> String {
         text += line.trim_end();
         text.push('\n');
     }
-    text
+    // a terminal breaks no lines between number and unit
+    text.replace('\u{a0}', " ")
 }
 
 /// Columns that `text` takes in a terminal: combining marks, as the dot of θ̇, take none.

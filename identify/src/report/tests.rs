@@ -1,1 +1,318 @@
+#![expect(clippy::unwrap_used, reason = "a failed step is a failed test")]
+use super::words::{Reading, scatter};
+use super::*;
+use crate::figure::tests::check_well_formed;
+use crate::fit::{Plan, Work, fit};
+use crate::free::ALL;
+use crate::run::Source;
+use crate::spectrum::{Line, Recipe};
+use crate::synthesis::Synthesis;
+use crate::verdict::Verdict::{self, Determined, NotDetermined, Nuisance, Weak};
 
+/// A ride of the nominal bicycle and a fit of `plan` to it.
+fn ridden(synthesis: &Synthesis, plan: &Plan) -> (Run, Ride) {
+    let ride = synthesis.ride().unwrap();
+    let source = Source {
+        file: "rides/monday <1>.csv".into(),
+        sha256: "9f86d081".into(),
+        map: Some("lab map.toml".into()),
+        rate: None,
+        resample: true,
+        times: Some((2.0, 26.0)),
+        notes: vec!["resampled to 200 Hz".into()],
+    };
+    let fit = fit(&ride, plan, &|_| ()).unwrap();
+    (Run::new(source, "nominal", plan, false, 7, fit), ride)
+}
+
+fn check_page(run: &Run, ride: &Ride) -> String {
+    let page = html(run, ride).unwrap();
+    check_well_formed(&page);
+    // nothing is fetched, nothing is run
+    for absent in [
+        "http", "<script", "src=", "url(", "@import", "<link", "NaN", "inf",
+    ] {
+        let text = page.replace("infinite", "");
+        assert!(!text.contains(absent), "{absent}");
+    }
+    for p in &run.fit.parameters {
+        assert!(
+            page.contains(&format!("<th>{}<small>", words(&p.name))),
+            "{}",
+            p.name
+        );
+        assert!(
+            page.contains(&format!(">{}</span>", p.verdict.name())),
+            "{}",
+            p.verdict.name()
+        );
+    }
+    let titles = [
+        "Parameters",
+        "Does the",
+        "Signals",
+        "Correlations",
+        "Assumptions",
+        "Work",
+        "Provenance",
+    ];
+    let at: Vec<usize> = titles
+        .iter()
+        .map(|t| page.find(&format!("<h2>{t}")).unwrap())
+        .collect();
+    assert!(at.is_sorted(), "{at:?}");
+    assert_eq!(page, html(run, ride).unwrap(), "same input, same bytes");
+    page
+}
+
+#[test]
+fn a_report_of_steering_alone() {
+    let plan = Plan {
+        objective: Some(Objective::Amplitude),
+        free: Some(ALL.iter().map(|name| Free::new(name).unwrap()).collect()),
+        recipe: Recipe {
+            lines: vec![Line { frequency: 1.11 }],
+            ..Recipe::default()
+        },
+        ..Plan::default()
+    };
+    let (mut run, ride) = ridden(&Synthesis::default(), &plan);
+    let page = check_page(&run, &ride);
+    for said in [
+        "<h1>monday &lt;1&gt;.csv</h1>",
+        "class=\"advice\">Steer alone does not determine",
+        "<h2>Spectrum",
+        "a seeded ride of the fitted bicycle",
+        "The lines left out of the spectrum are in the measured curve only.",
+        "over 5\u{a0}s, rectangular window, bins from 0.3 to 3\u{a0}Hz",
+        "Torque not measured",
+        "a corner of 2 Hz",
+        "Noise of steer: 0.10° (estimated above 10 Hz).",
+        "Ride: resampled to 200 Hz.",
+        "9f86d081",
+        "wobble fit 'rides/monday &lt;1&gt;.csv' --bicycle nominal",
+        "--map 'lab map.toml' --times 2:26 --objective amplitude --channels steer --free \
+         cornering_stiffness,camber_stiffness,viscous_friction,coulomb_friction,remnant_intensity",
+        "--line 1.11 --max-iterations 100 --seed 7 --resample",
+    ] {
+        assert!(page.contains(said), "{said}");
+    }
+    assert!(table(&run.fit).starts_with("Steer alone does not determine"));
+
+    // with a remnant that throws it off, there is no ride to show, and the report says so
+    run.fit.parameters.last_mut().unwrap().value = 20.0;
+    let page = html(&run, &ride).unwrap();
+    assert!(page.contains(FALLEN) && page.contains("<h2>Spectrum"));
+}
+
+#[test]
+fn a_report_of_three_channels() {
+    let (run, ride) = ridden(&Synthesis::default(), &Plan::default());
+    let page = check_page(&run, &ride);
+    for said in [
+        "objective whittle on steer, roll rate and yaw rate",
+        "Hann window",
+        "85 to 88 of 100",
+    ] {
+        assert!(page.contains(said), "{said}");
+    }
+    assert_eq!(page.matches("<svg").count(), 2);
+}
+
+#[test]
+fn a_report_of_a_replay() {
+    let synthesis = Synthesis {
+        torque_recorded: true,
+        duration: 8.0,
+        ..Synthesis::default()
+    };
+    let (run, ride) = ridden(&synthesis, &Plan::default());
+    let page = check_page(&run, &ride);
+    for said in [
+        "variance accounted for",
+        "whole torque on the handlebar",
+        "replayed in windows",
+        "--window 0.5",
+    ] {
+        assert!(page.contains(said), "{said}");
+    }
+    assert!(!page.contains("<h2>Spectrum") && !page.contains("--band"));
+}
+
+fn estimate(name: &str, verdict: Verdict) -> Estimate {
+    let free = Free::new(name).unwrap();
+    Estimate {
+        name: name.into(),
+        unit: free.row.unit.symbol.into(),
+        value: free.row.nominal,
+        std_error: Some(0.1),
+        interval: Some((free.row.nominal - 0.2, free.row.nominal + 0.2)),
+        lower: free.lower,
+        upper: free.upper,
+        at_bound: false,
+        verdict,
+        trades_against: Vec::new(),
+    }
+}
+
+/// A converged fit with a misfit of 1.
+fn judged(objective: Objective, channels: &[&str], rows: &[(&str, Verdict)]) -> Fit {
+    Fit {
+        objective,
+        channels: channels.iter().map(|c| (*c).into()).collect(),
+        noise: vec![0.0; channels.len()],
+        parameters: rows
+            .iter()
+            .map(|(name, verdict)| estimate(name, *verdict))
+            .collect(),
+        correlation: vec![vec![1.0; rows.len()]; rows.len()],
+        cost: 0.0,
+        misfit: 1.0,
+        observations: 200,
+        steer_rate_deviation: None,
+        replays: Vec::new(),
+        termination: "stopped after 3 iterations".into(),
+        converged: true,
+        work: Work::default(),
+        notes: Vec::new(),
+    }
+}
+
+const THREE: [&str; 3] = ["steer", "roll_rate", "yaw_rate"];
+
+#[test]
+fn advice_names_the_channel_that_is_missing() {
+    let all = ALL.map(|name| (name, NotDetermined));
+    let said = |fit: &Fit| advice(fit).unwrap();
+
+    let steer = said(&judged(Objective::Amplitude, &["steer"], &all));
+    assert!(steer.contains("Roll rate and yaw rate recorded besides would determine the tyres"));
+    assert!(steer.contains("measured steer torque would determine all four"));
+    assert!(steer.contains("several rides at clearly different intensities"));
+
+    let rows = [
+        ("camber_stiffness", NotDetermined),
+        ("effective_damping", Weak),
+    ];
+    let no_yaw = said(&judged(Objective::Whittle, &["steer", "roll_rate"], &rows));
+    assert!(no_yaw.contains("Yaw rate recorded besides"), "{no_yaw}");
+    assert!(no_yaw.contains("measured steer torque would determine camber_stiffness."));
+    assert!(!no_yaw.contains("intensities") && !no_yaw.contains("effective_damping"));
+
+    let crossless = said(&judged(Objective::Amplitude, &THREE, &rows));
+    assert!(crossless.contains("objective whittle") && !crossless.contains("recorded besides"));
+
+    let rows = [
+        ("cornering_stiffness", Determined),
+        ("effective_damping", NotDetermined),
+    ];
+    let damping = said(&judged(Objective::Whittle, &THREE, &rows));
+    assert!(damping.contains(
+        "would determine viscous and Coulomb friction, which effective_damping stands for"
+    ));
+    assert!(!damping.contains("cornering_stiffness") && !damping.contains("tyres"));
+
+    let torque = said(&judged(Objective::Time, &THREE, &all));
+    assert!(torque.contains("although its steer torque was measured"));
+    assert!(
+        !torque.contains("would determine"),
+        "there is no further channel"
+    );
+
+    let mut bound = judged(Objective::Whittle, &THREE, &[("trail", NotDetermined)]);
+    bound.parameters[0].at_bound = true;
+    assert!(said(&bound).contains("ended at a bound of trail"));
+    assert!(said(&bound).contains("Where trail can be measured directly"));
+}
+
+#[test]
+fn where_nothing_is_lost_there_is_no_advice() {
+    let rows = [
+        ("cornering_stiffness", Determined),
+        ("camber_stiffness", Weak),
+        ("remnant_intensity", Nuisance),
+    ];
+    let fit = judged(Objective::Whittle, &THREE, &rows);
+    assert_eq!(advice(&fit), None);
+    assert!(table(&fit).starts_with("parameter "));
+    assert_eq!(
+        headline(&fit),
+        "1 of 2 parameters determined: cornering stiffness 14.00 ± 0.10\u{a0}1/rad; weak: camber stiffness; the \
+         model explains the spectra and cross-spectra (misfit 1.00)."
+    );
+}
+
+#[test]
+fn the_misfit_is_read_against_its_own_scatter() {
+    let mut fit = judged(
+        Objective::Amplitude,
+        &["steer"],
+        &[("effective_damping", NotDetermined)],
+    );
+    // 2 √(2/200) = .2
+    assert!((scatter(200) - 0.2).abs() < 1e-12);
+    for (misfit, reading) in [
+        (0.1, Reading::Small),
+        (0.79, Reading::Small),
+        (0.81, Reading::Explained),
+        (1.19, Reading::Explained),
+        (1.21, Reading::Slight),
+        (1.49, Reading::Slight),
+        (1.51, Reading::Unexplained),
+        (f64::INFINITY, Reading::Unexplained),
+        (f64::NAN, Reading::Unexplained),
+    ] {
+        fit.misfit = misfit;
+        assert_eq!(Reading::of(&fit), reading, "{misfit}");
+    }
+    // eight bins scatter by 1: what is far off for many is chance for few
+    (fit.misfit, fit.observations) = (1.9, 8);
+    assert_eq!(Reading::of(&fit), Reading::Explained);
+}
+
+#[test]
+fn a_model_that_does_not_fit_is_not_praised() {
+    let mut fit = judged(
+        Objective::Time,
+        &THREE,
+        &[("cornering_stiffness", Determined)],
+    );
+    (fit.misfit, fit.converged) = (12.3, false);
+    let headline = headline(&fit);
+    assert!(
+        headline.contains(
+            "the model does not explain the recorded motion (misfit 12.3), so the numbers"
+        )
+    );
+    assert!(headline.ends_with("The search did not converge: stopped after 3 iterations."));
+    assert!(misfit(&fit).contains("between 0.80 and 1.20") && misfit(&fit).contains("far above"));
+}
+
+#[test]
+fn columns_of_the_table_stand_below_each_other() {
+    let mut fit = judged(
+        Objective::Amplitude,
+        &["steer"],
+        &[("viscous_friction", Weak), ("trail", Determined)],
+    );
+    fit.parameters[0].std_error = None;
+    fit.parameters[0].interval = None;
+    fit.parameters[0].trades_against = vec!["coulomb_friction".into()];
+    let text = table(&fit);
+    let rows: Vec<Vec<char>> = text.lines().map(|line| line.chars().collect()).collect();
+    assert_eq!(rows.len(), 3);
+    let start = |head: &str| text.lines().next().unwrap().find(head).unwrap();
+    for head in ["symbol", "estimate", "bounds", "verdict"] {
+        let at = start(head);
+        assert!(
+            rows.iter().all(|row| row[at] != ' ' && row[at - 1] == ' '),
+            "{head}\n{text}"
+        );
+    }
+    assert!(
+        text.contains("0.300 N m s/rad")
+            && text.contains("weak")
+            && text.contains("coulomb_friction")
+    );
+    assert!(text.lines().all(|line| line.trim_end() == line));
+}

@@ -41,7 +41,8 @@ impl BicycleArguments {
             load: self.load.clone(),
             set: self.set.clone(),
         };
-        let mut bicycle = Bicycle::open(&self.bicycle, &changes)?;
+        let mut bicycle = Bicycle::open(&self.bicycle, &changes)
+            .map_err(|cause| misnamed(cause, "--bicycle", &self.bicycle))?;
         if let Some(name) = &self.formulation {
             bicycle.formulation = identify::bicycles::formulation(name)
                 .map_err(|cause| cause.typed(format!("--formulation {name}")))?;
@@ -78,14 +79,27 @@ impl RideArguments {
     }
 
     fn import(&self) -> Result<Import> {
-        let map = self.map.as_deref().map(Map::open).transpose()?;
-        let rate = self.rate.as_deref().map(|text| quantity("--rate", text, HZ)).transpose()?;
-        Ok(Import { map, rate, resample: self.resample })
+        let open = |name: &str| Map::open(name).map_err(|cause| misnamed(cause, "--map", name));
+        let map = self.map.as_deref().map(open).transpose()?;
+        let rate = self
+            .rate
+            .as_deref()
+            .map(|text| quantity("--rate", text, HZ))
+            .transpose()?;
+        Ok(Import {
+            map,
+            rate,
+            resample: self.resample,
+        })
     }
 
     /// For `inspect`, which wants to see everything.
     pub fn read_bridging_gaps(&self, path: &std::path::Path) -> Result<Ride> {
-        Ok(Import { resample: true, ..self.import()? }.read(path)?)
+        Ok(Import {
+            resample: true,
+            ..self.import()?
+        }
+        .read(path)?)
     }
 
     /// Where `ride` came from, for the record.
@@ -121,13 +135,25 @@ impl SpectrumArguments {
     /// The recipe meant.
     pub fn recipe(&self) -> Result<Recipe> {
         let (low, high) = pair("--band", &self.band, HZ)?;
-        let line = |text: &String| Ok(Line { frequency: quantity("--line", text, HZ)? });
+        let line = |text: &String| {
+            Ok(Line {
+                frequency: quantity("--line", text, HZ)?,
+            })
+        };
         Ok(Recipe {
             average: quantity("--average", &self.average, S)?,
             band: (low, high),
             lines: self.line.iter().map(line).collect::<Typed<_>>()?,
             ..Recipe::default()
         })
+    }
+}
+
+/// A name behind `flag` that nothing has was typed wrong; what is wrong in a file was not.
+fn misnamed(cause: Error, flag: &str, name: &str) -> Error {
+    match cause {
+        Error::Unknown { .. } => cause.typed(format!("{flag} {name}")),
+        _ => cause,
     }
 }
 
@@ -140,7 +166,10 @@ pub fn quantity(flag: &str, text: &str, unit: bicycle::Unit) -> Typed<f64> {
 /// `low:high` behind `flag` in SI.
 pub fn pair(flag: &str, text: &str, unit: bicycle::Unit) -> Typed<(f64, f64)> {
     let Some((low, high)) = text.split_once(':') else {
-        let form = Error::Form { expected: "LOW:HIGH", found: text.into() };
+        let form = Error::Form {
+            expected: "LOW:HIGH",
+            found: text.into(),
+        };
         return Err(form.typed(format!("{flag} {text}")));
     };
     Ok((quantity(flag, low, unit)?, quantity(flag, high, unit)?))
@@ -149,7 +178,10 @@ pub fn pair(flag: &str, text: &str, unit: bicycle::Unit) -> Typed<(f64, f64)> {
 /// `name=rest` behind `flag`.
 pub fn assignment<'a>(flag: &str, text: &'a str) -> Typed<(&'a str, &'a str)> {
     text.split_once('=').ok_or_else(|| {
-        let form = Error::Form { expected: "NAME=VALUE", found: text.into() };
+        let form = Error::Form {
+            expected: "NAME=VALUE",
+            found: text.into(),
+        };
         form.typed(format!("{flag} {text}"))
     })
 }

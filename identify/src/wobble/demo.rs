@@ -19,7 +19,10 @@ use std::path::{Path, PathBuf};
 /// Load of the loaded rides \[kg\].
 const LOAD: f64 = 20.0;
 /// Cones 1 m apart are passed alternately at 8 km/h: a sine of V/(2 · 1 m); its torque is assumed.
-const SLALOM: TorqueLine = TorqueLine { frequency: 8.0 / 3.6 / 2.0, amplitude: 4.0 };
+const SLALOM: TorqueLine = TorqueLine {
+    frequency: 8.0 / 3.6 / 2.0,
+    amplitude: 4.0,
+};
 /// Remnant of the riders, assumed [N m rms].
 const REMNANT: f64 = 2.0;
 
@@ -81,18 +84,33 @@ impl Demo {
         eprintln!("truth beside estimate, {}:", ridden.path.display());
         for (name, truth) in &truth {
             let e = run.fit.estimate(name).context("a row of the fit")?;
-            let error = e.std_error.map_or_else(|| "?".into(), |s| format!("{s:.3}"));
-            eprintln!("  {name:22} {truth:>8.3}   {:>8.3} ± {error} {}   {}", e.value, e.unit, e.verdict.name());
+            let error = e
+                .std_error
+                .map_or_else(|| "?".into(), |s| format!("{s:.3}"));
+            eprintln!(
+                "  {name:22} {truth:>8.3}   {:>8.3} ± {error} {}   {}",
+                e.value,
+                e.unit,
+                e.verdict.name()
+            );
         }
         eprintln!("\nwrote");
         for (path, what) in &written {
             eprintln!("  {:40} {what}", path.display().to_string());
         }
         if self.json {
-            let files: Vec<_> = written.iter().map(|(path, _)| path.display().to_string()).collect();
-            let truth: serde_json::Map<_, _> =
-                truth.iter().map(|(name, value)| ((*name).to_owned(), json!(value))).collect();
-            print!("{}", json(&json!({ "wrote": files, "truth": truth, "parameters": run.fit.parameters }))?);
+            let files: Vec<_> = written
+                .iter()
+                .map(|(path, _)| path.display().to_string())
+                .collect();
+            let truth: serde_json::Map<_, _> = truth
+                .iter()
+                .map(|(name, value)| ((*name).to_owned(), json!(value)))
+                .collect();
+            print!(
+                "{}",
+                json(&json!({ "wrote": files, "truth": truth, "parameters": run.fit.parameters }))?
+            );
         }
         Ok(())
     }
@@ -113,7 +131,10 @@ fn ride_all(folder: &Path) -> Result<Vec<Ridden>> {
             let ride = Synthesis {
                 parameters: bicycle.parameters,
                 input: bicycle.input,
-                excitation: Excitation { remnant_intensity: REMNANT, ..Excitation::default() },
+                excitation: Excitation {
+                    remnant_intensity: REMNANT,
+                    ..Excitation::default()
+                },
                 line: Some(SLALOM),
                 seed,
                 ..Synthesis::default()
@@ -133,7 +154,12 @@ fn fit(ridden: &Ridden) -> Result<(Run, String)> {
     let ride = Import::default().read(&ridden.path)?;
     let plan = Plan {
         parameters: ridden.bicycle.parameters,
-        recipe: Recipe { lines: vec![Line { frequency: SLALOM.frequency }], ..Recipe::default() },
+        recipe: Recipe {
+            lines: vec![Line {
+                frequency: SLALOM.frequency,
+            }],
+            ..Recipe::default()
+        },
         ..Plan::default()
     };
     let origin = ride.origin.as_ref();
@@ -155,11 +181,17 @@ fn fit(ridden: &Ridden) -> Result<(Run, String)> {
 fn truth(run: &Run, ridden: &Ridden) -> Vec<(&'static str, f64)> {
     let p = &ridden.bicycle.parameters;
     // the steer rate of the fitted loop stands for that of the ride
-    let gain = run.fit.steer_rate_deviation.map_or(0.0, |s| std::f64::consts::FRAC_2_PI.sqrt() / s);
+    let gain = run
+        .fit
+        .steer_rate_deviation
+        .map_or(0.0, |s| std::f64::consts::FRAC_2_PI.sqrt() / s);
     [
         ("cornering_stiffness", p.cornering_stiffness),
         ("camber_stiffness", p.camber_stiffness),
-        ("effective_damping", p.viscous_friction + gain * p.coulomb_friction),
+        (
+            "effective_damping",
+            p.viscous_friction + gain * p.coulomb_friction,
+        ),
         ("remnant_intensity", REMNANT),
     ]
     .into_iter()

@@ -1,6 +1,8 @@
 //! Commands about fits: fit, report.
 
-use crate::arguments::{BicycleArguments, RideArguments, SpectrumArguments, assignment, pair, quantity};
+use crate::arguments::{
+    BicycleArguments, RideArguments, SpectrumArguments, assignment, pair, quantity,
+};
 use crate::output::{Output, Progress};
 use anyhow::{Context, Result};
 use bicycle::quantity::S;
@@ -65,13 +67,23 @@ impl Fit {
     pub fn run(&self) -> Result<()> {
         let bicycle = self.bicycle.open()?;
         let plan = self.plan(&bicycle)?;
-        let times = self.times.as_deref().map(|text| pair("--times", text, S)).transpose()?;
+        let times = self
+            .times
+            .as_deref()
+            .map(|text| pair("--times", text, S))
+            .transpose()?;
         let mut ride = self.reading.read(&self.ride)?;
         if let Some((start, stop)) = times {
             ride = ride.slice(start..stop)?;
         }
         ride.law_in_loop.get_or_insert(bicycle.law_in_loop);
-        let run = run(&ride, &plan, &bicycle, self.reading.source(&ride, times)?, self.seed)?;
+        let run = run(
+            &ride,
+            &plan,
+            &bicycle,
+            self.reading.source(&ride, times)?,
+            self.seed,
+        )?;
         if let Some(path) = &self.report {
             file::write(path, report::html(&run, &ride)?)?;
         }
@@ -89,9 +101,12 @@ impl Fit {
             excitation.remnant_intensity = defaults.excitation.remnant_intensity;
         }
         let objective = self.objective.as_deref().map(|name| {
-            name.parse::<Objective>().map_err(|cause| cause.typed(format!("--objective {name}")))
+            name.parse::<Objective>()
+                .map_err(|cause| cause.typed(format!("--objective {name}")))
         });
-        let channels = names("--channels", &self.channels, |name| Ok(channel_row(name)?.name))?;
+        let channels = names("--channels", &self.channels, |name| {
+            Ok(channel_row(name)?.name)
+        })?;
         let noise = match &self.noise[..] {
             [] => None,
             given => Some(self.noise(given, channels.as_deref())?),
@@ -113,14 +128,19 @@ impl Fit {
 
     fn free(&self) -> Typed<Option<Vec<Free>>> {
         let all = ALL.map(str::to_owned);
-        let asked = if self.free == ["all"] { &all[..] } else { &self.free[..] };
+        let asked = if self.free == ["all"] {
+            &all[..]
+        } else {
+            &self.free[..]
+        };
         let mut free = names("--free", asked, Free::new)?;
         for text in &self.bounds {
             let typed = |cause: Error| cause.typed(format!("--bounds {text}"));
             let (name, ends) = assignment("--bounds", text)?;
             let known: Vec<_> = free.iter().flatten().map(|f| f.row.name).collect();
             let bounded = free.iter_mut().flatten().find(|f| f.row.name == name);
-            let bounded = bounded.ok_or_else(|| typed(Error::unknown("free parameter", name, known)))?;
+            let bounded =
+                bounded.ok_or_else(|| typed(Error::unknown("free parameter", name, known)))?;
             let (lower, upper) = pair("--bounds", ends, bounded.row.unit)?;
             *bounded = bounded.within(lower, upper).map_err(typed)?;
         }
@@ -131,9 +151,14 @@ impl Fit {
     fn noise(&self, given: &[String], channels: Option<&[&'static str]>) -> Typed<Vec<f64>> {
         let channels = channels.unwrap_or(&["steer"]);
         let of = |channel: &&str| {
-            let text = given.iter().find(|text| text.split('=').next() == Some(channel));
+            let text = given
+                .iter()
+                .find(|text| text.split('=').next() == Some(channel));
             let text = text.ok_or_else(|| {
-                let form = Error::Form { expected: "the noise of every channel", found: given.join(" ") };
+                let form = Error::Form {
+                    expected: "the noise of every channel",
+                    found: given.join(" "),
+                };
                 form.typed(format!("--noise {}", given.join(" --noise ")))
             })?;
             let (name, value) = assignment("--noise", text)?;
@@ -144,11 +169,17 @@ impl Fit {
 }
 
 /// `given` names turned into what they mean; none where none were given.
-fn names<T>(flag: &str, given: &[String], mean: impl Fn(&str) -> Typed<T>) -> Typed<Option<Vec<T>>> {
+fn names<T>(
+    flag: &str,
+    given: &[String],
+    mean: impl Fn(&str) -> Typed<T>,
+) -> Typed<Option<Vec<T>>> {
     if given.is_empty() {
         return Ok(None);
     }
-    let one = |name: &String| mean(name).map_err(|cause| cause.typed(format!("{flag} {}", given.join(","))));
+    let one = |name: &String| {
+        mean(name).map_err(|cause| cause.typed(format!("{flag} {}", given.join(","))))
+    };
     given.iter().map(one).collect::<Typed<Vec<T>>>().map(Some)
 }
 
@@ -164,7 +195,14 @@ pub fn run(
     let fit = fit::fit(ride, plan, &|what| progress.say(what))
         .with_context(|| format!("fit of {}", ride.name()))?;
     let law_in_loop = ride.law_in_loop.unwrap_or(bicycle.law_in_loop);
-    Ok(Run::new(source, &bicycle.name, plan, law_in_loop, seed, fit))
+    Ok(Run::new(
+        source,
+        &bicycle.name,
+        plan,
+        law_in_loop,
+        seed,
+        fit,
+    ))
 }
 
 #[derive(Args)]
@@ -185,11 +223,17 @@ pub struct Report {
 impl Report {
     pub fn run(&self) -> Result<()> {
         let run = Run::read(&self.fit)?;
-        let path = self.ride.clone().unwrap_or_else(|| PathBuf::from(&run.ride.file));
+        let path = self
+            .ride
+            .clone()
+            .unwrap_or_else(|| PathBuf::from(&run.ride.file));
         let ride = read_again(&run, &path)?;
         file::write(&self.out, report::html(&run, &ride)?)?;
         eprintln!("wrote {}", self.out.display());
-        let output = Output { json: self.json, out: None };
+        let output = Output {
+            json: self.json,
+            out: None,
+        };
         output.json_or(&run, String::new)
     }
 }
@@ -197,9 +241,17 @@ impl Report {
 /// The ride of a fit, which must be the same to the last byte.
 fn read_again(run: &Run, path: &Path) -> Result<Ride> {
     let map = run.ride.map.as_deref().map(Map::open).transpose()?;
-    let import = Import { map, rate: run.ride.rate, resample: run.ride.resample };
+    let import = Import {
+        map,
+        rate: run.ride.rate,
+        resample: run.ride.resample,
+    };
     let mut ride = import.read(path)?;
-    let found = ride.origin.as_ref().map(|o| o.sha256.as_str()).unwrap_or_default();
+    let found = ride
+        .origin
+        .as_ref()
+        .map(|o| o.sha256.as_str())
+        .unwrap_or_default();
     if found != run.ride.sha256 {
         return Err(Error::OtherRide {
             file: path.display().to_string(),

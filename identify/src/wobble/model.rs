@@ -28,7 +28,10 @@ impl ListParameters {
     pub fn run(&self) -> Result<()> {
         let bicycle = self.bicycle.open()?;
         let rows = rows(&bicycle);
-        let json: Vec<_> = rows.iter().map(|(kind, row, value)| describe(kind, row, *value)).collect();
+        let json: Vec<_> = rows
+            .iter()
+            .map(|(kind, row, value)| describe(kind, row, *value))
+            .collect();
         self.output.json_or(&json, || {
             let mut text = String::new();
             for (kind, row, value) in &rows {
@@ -54,7 +57,10 @@ fn rows(b: &Bicycle) -> Vec<(&'static str, &'static Quantity, f64)> {
     };
     let parameters = Parameters::TABLE.iter().zip(b.parameters.to_array());
     let inputs = Input::TABLE.iter().zip(b.input.to_array());
-    let mut all: Vec<_> = parameters.chain(inputs).map(|(row, value)| (kind(row), row, value)).collect();
+    let mut all: Vec<_> = parameters
+        .chain(inputs)
+        .map(|(row, value)| (kind(row), row, value))
+        .collect();
     let excitation = Excitation::TABLE.iter().zip(b.excitation.to_array());
     all.extend(excitation.map(|(row, value)| ("excitation", row, value)));
     all
@@ -129,11 +135,18 @@ impl Simulate {
 
     fn settings(&self, bicycle: &Bicycle) -> Result<Vec<Settings>> {
         let mut changed = bicycle.clone();
-        let settings = |from, b: &Bicycle| Settings { from, parameters: b.parameters, input: b.input };
+        let settings = |from, b: &Bicycle| Settings {
+            from,
+            parameters: b.parameters,
+            input: b.input,
+        };
         let mut all = vec![settings(0.0, bicycle)];
         for text in &self.at {
             let typed = |cause: Error| cause.typed(format!("--at {text}"));
-            let form = || Error::Form { expected: "TIME:NAME=VALUE", found: text.clone() };
+            let form = || Error::Form {
+                expected: "TIME:NAME=VALUE",
+                found: text.clone(),
+            };
             let (time, assignment) = text.split_once(':').ok_or_else(|| typed(form()))?;
             let from = quantity("--at", time, S)?;
             changed.set(assignment).map_err(typed)?;
@@ -161,8 +174,10 @@ impl Simulate {
         progress.say("riding");
         let ride = synthesis.ride()?;
         drop(progress);
-        let channels: serde_json::Map<_, _> =
-            ride.channels().map(|(row, samples)| (row.name.to_owned(), json!(samples))).collect();
+        let channels: serde_json::Map<_, _> = ride
+            .channels()
+            .map(|(row, samples)| (row.name.to_owned(), json!(samples)))
+            .collect();
         let json = json!({ "step": ride.step(), "samples": ride.len(), "channels": channels });
         self.output.json_or(&json, || ride.to_csv())
     }
@@ -170,7 +185,10 @@ impl Simulate {
 
 fn torque_line(text: &str) -> Result<TorqueLine> {
     let Some((frequency, amplitude)) = text.split_once(',') else {
-        let form = Error::Form { expected: "FREQUENCY,TORQUE", found: text.into() };
+        let form = Error::Form {
+            expected: "FREQUENCY,TORQUE",
+            found: text.into(),
+        };
         return Err(form.typed(format!("--line {text}")).into());
     };
     Ok(TorqueLine {
@@ -185,7 +203,10 @@ fn positive(flag: &str, text: &str) -> Result<f64> {
     if value > 0.0 && value.is_finite() {
         return Ok(value);
     }
-    let form = Error::Form { expected: "a time above 0 s", found: text.into() };
+    let form = Error::Form {
+        expected: "a time above 0 s",
+        found: text.into(),
+    };
     Err(form.typed(format!("{flag} {text}")).into())
 }
 
@@ -207,7 +228,12 @@ const INTERVAL: f64 = 0.005;
 /// The nine cases of a bicycle, one after the other.
 pub fn courses(bicycle: &Bicycle) -> Result<Vec<Course>> {
     let run = |case: cases::Case| {
-        let ran = case.run(&bicycle.parameters, bicycle.formulation, bicycle.input, INTERVAL);
+        let ran = case.run(
+            &bicycle.parameters,
+            bicycle.formulation,
+            bicycle.input,
+            INTERVAL,
+        );
         ran.with_context(|| format!("case {}", case.number))
     };
     cases::all().into_iter().map(run).collect()
@@ -233,18 +259,27 @@ impl Cases {
                 })
             })
             .collect();
-        let output = Output { json: self.json, out: None };
+        let output = Output {
+            json: self.json,
+            out: None,
+        };
         output.json_or(&json!({ "cases": rows }), || table(&courses))
     }
 }
 
 fn table(courses: &[Course]) -> String {
-    let mut text = String::from("case  trail [m]  cog_to_rear [m]  ends [s]  why          amplitude [deg]\n");
+    let mut text =
+        String::from("case  trail [m]  cog_to_rear [m]  ends [s]  why          amplitude [deg]\n");
     for course in courses {
-        let cases::Case { number, trail, cog_to_rear } = course.case;
+        let cases::Case {
+            number,
+            trail,
+            cog_to_rear,
+        } = course.case;
         let why = course.stop.map_or("end", |stop| stop.name());
-        let amplitude =
-            course.amplitude().map_or_else(|| "–".into(), |a| format!("{:.3}", a.to_degrees()));
+        let amplitude = course
+            .amplitude()
+            .map_or_else(|| "–".into(), |a| format!("{:.3}", a.to_degrees()));
         let _ = writeln!(
             text,
             "{number:4}  {trail:9.3}  {cog_to_rear:15.2}  {:8.3}  {why:11}  {amplitude:>15}",
@@ -257,7 +292,12 @@ fn table(courses: &[Course]) -> String {
 #[derive(Args)]
 pub struct Fmu {
     /// The FMU to write
-    #[arg(short, long, value_name = "FILE", default_value = "RearLoadBicycle.fmu")]
+    #[arg(
+        short,
+        long,
+        value_name = "FILE",
+        default_value = "RearLoadBicycle.fmu"
+    )]
     out: PathBuf,
     /// Shared library of the FMU, where it does not lie beside this program
     #[arg(long, value_name = "FILE")]
@@ -274,7 +314,10 @@ impl Fmu {
         let written = self.out.display();
         eprintln!("wrote {written}, with {}", library.display());
         let json = json!({ "fmu": written.to_string(), "library": library.display().to_string() });
-        let output = Output { json: self.json, out: None };
+        let output = Output {
+            json: self.json,
+            out: None,
+        };
         output.json_or(&json, String::new)
     }
 }

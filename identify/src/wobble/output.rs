@@ -31,7 +31,11 @@ impl Output {
 
     /// Writes `value` as JSON if asked to, else the text that `text` makes.
     pub fn json_or(&self, value: &impl Serialize, text: impl FnOnce() -> String) -> Result<()> {
-        if self.json { self.text(&json(value)?) } else { self.text(&text()) }
+        if self.json {
+            self.text(&json(value)?)
+        } else {
+            self.text(&text())
+        }
     }
 }
 
@@ -42,7 +46,9 @@ pub fn json(value: &impl Serialize) -> Result<String> {
 
 /// Whether the reader of stdout has gone: no failure of ours.
 pub fn is_closed_pipe(error: &anyhow::Error) -> bool {
-    error.downcast_ref::<std::io::Error>().is_some_and(|e| e.kind() == ErrorKind::BrokenPipe)
+    error
+        .downcast_ref::<std::io::Error>()
+        .is_some_and(|e| e.kind() == ErrorKind::BrokenPipe)
 }
 
 /// A spinner on a terminal for what takes more than a moment; silent elsewhere.

@@ -29,7 +29,11 @@ impl Inspect {
         self.output.json_or(&found, || {
             let mut text = format!(
                 "{}: {} samples at {} Hz, {} to {:.3} s\n",
-                ride.name(), found.samples, found.rate, found.start, found.start + found.duration
+                ride.name(),
+                found.samples,
+                found.rate,
+                found.start,
+                found.start + found.duration
             );
             for c in &found.channels {
                 let _ = writeln!(
@@ -107,8 +111,11 @@ pub struct Compare {
 impl Compare {
     pub fn run(&self) -> Result<()> {
         let recipe = self.spectrum.recipe()?;
-        let rides: Vec<Ride> =
-            self.rides.iter().map(|path| self.reading.read(path)).collect::<Result<_>>()?;
+        let rides: Vec<Ride> = self
+            .rides
+            .iter()
+            .map(|path| self.reading.read(path))
+            .collect::<Result<_>>()?;
         let rows = compare::bands(&rides, &self.channel, &recipe)?;
         let spectra: Vec<_> = rides
             .iter()
@@ -125,13 +132,20 @@ impl Compare {
 fn draw(spectra: &[Amplitudes]) -> String {
     let curves: Vec<_> = spectra
         .iter()
-        .map(|s| (s.ride.clone(), s.frequency.as_slice(), s.amplitude.as_slice()))
+        .map(|s| {
+            (
+                s.ride.clone(),
+                s.frequency.as_slice(),
+                s.amplitude.as_slice(),
+            )
+        })
         .collect();
     figure::comparison(&curves, spectra[0].unit)
 }
 
 fn table(rows: &[BandRow], unit: &str) -> String {
-    let mut text = format!("band [Hz]    rms [{unit}]  against first  95 % interval   verdict    ride\n");
+    let mut text =
+        format!("band [Hz]    rms [{unit}]  against first  95 % interval   verdict    ride\n");
     for row in rows {
         let band = format!("{}–{}", row.low, row.high);
         let _ = writeln!(
