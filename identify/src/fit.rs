@@ -163,23 +163,22 @@ pub fn resolve(ride: &Ride, plan: &Plan) -> Result<Resolved> {
     for channel in &channels {
         ride.channel(channel)?;
     }
-    let mut free = match &plan.free {
-        Some(free) => free.clone(),
-        None => {
-            let names: &[&str] = match (objective, channels.len()) {
-                (Objective::Time, _) => &crate::free::ALL,
-                (_, 3..) => &[
-                    "cornering_stiffness",
-                    "camber_stiffness",
-                    "effective_damping",
-                ],
-                _ => &["effective_damping"],
-            };
-            names
-                .iter()
-                .map(|name| Free::new(name))
-                .collect::<Result<_>>()?
-        }
+    let mut free = if let Some(free) = &plan.free {
+        free.clone()
+    } else {
+        let names: &[&str] = match (objective, channels.len()) {
+            (Objective::Time, _) => &crate::free::ALL,
+            (_, 3..) => &[
+                "cornering_stiffness",
+                "camber_stiffness",
+                "effective_damping",
+            ],
+            _ => &["effective_damping"],
+        };
+        names
+            .iter()
+            .map(|name| Free::new(name))
+            .collect::<Result<_>>()?
     };
     if objective != Objective::Time && !free.iter().any(Free::nuisance) {
         free.push(Free::new("remnant_intensity")?);
@@ -258,43 +257,60 @@ pub fn fit(ride: &Ride, plan: &Plan, progress: &dyn Fn(&str)) -> Result<Fit> {
     }
     let start = start_of(&spectral, objective)?;
     progress("searching");
-    let (outcome, work, here, nominal, misfit) = match objective {
-        Objective::Whittle => {
-            let problem = Whittle {
-                spectral: spectral.clone(),
-            };
-            check_influence(&problem, &free, &start, objective)?;
-            let (outcome, work) = search(&problem, &free, start, plan, 1e-9)?;
-            let here = problem.information(&outcome.point)?;
-            let nominal = problem
-                .information(&nominal_variables(&free, &outcome.point))
-                .ok();
-            let misfit = problem.misfit(&outcome.point)?;
-            (outcome, work, here, nominal, misfit)
-        }
-        _ => {
-            let (problem, outcome, work) = fit_amplitude(&spectral, &free, start, plan, progress)?;
-            let here = problem.information(&outcome.point)?;
-            let nominal = problem
-                .information(&nominal_variables(&free, &outcome.point))
-                .ok();
-            let misfit = 2.0 * outcome.cost / observations as f64;
-            (outcome, work, here, nominal, misfit)
-        }
+    let judged = if objective == Objective::Whittle {
+        let problem = Whittle {
+            spectral: spectral.clone(),
+        };
+        check_influence(&problem, &free, &start, objective)?;
+        let (outcome, work) = search(&problem, &free, start, plan, 1e-9)?;
+        let misfit = problem.misfit(&outcome.point)?;
+        judge_at(&free, outcome, work, misfit, |z| problem.information(z))?
+    } else {
+        let (problem, outcome, work) = fit_amplitude(&spectral, &free, start, plan, progress)?;
+        let misfit = 2.0 * outcome.cost / observations as f64;
+        judge_at(&free, outcome, work, misfit, |z| problem.information(z))?
     };
-    let mut fit = assemble(
-        objective,
-        (&free, &channels, &spectral.measured.noise),
-        &outcome,
-        (&here, nominal.as_ref()),
+    let closed_loop = spectral.closed_loop(&judged.outcome.point)?;
+    let notes = notes(&spectral, &judged.outcome.point, &closed_loop);
+    Ok(Fit {
+        observations,
+        steer_rate_deviation: Some(closed_loop.steer_rate_deviation()),
+        notes,
+        ..assemble(
+            objective,
+            &free,
+            (&channels, &spectral.measured.noise),
+            judged,
+        )
+    })
+}
+
+/// A search that has ended, and what the data know there and at the nominal values.
+struct Judged {
+    outcome: Outcome,
+    work: Work,
+    misfit: f64,
+    here: Information,
+    nominal: Option<Information>,
+}
+
+fn judge_at(
+    free: &[Free],
+    outcome: Outcome,
+    work: Work,
+    misfit: f64,
+    information: impl Fn(&DVector<f64>) -> Result<Information>,
+) -> Result<Judged> {
+    let here = information(&outcome.point)?;
+    // where the nominal bicycle does not stand there is nothing to compare with
+    let nominal = information(&nominal_variables(free, &outcome.point)).ok();
+    Ok(Judged {
+        outcome,
         work,
-    );
-    fit.misfit = misfit;
-    fit.observations = observations;
-    let closed_loop = spectral.closed_loop(&outcome.point)?;
-    fit.steer_rate_deviation = Some(closed_loop.steer_rate_deviation());
-    fit.notes = notes(&spectral, &outcome.point, &closed_loop);
-    Ok(fit)
+        misfit,
+        here,
+        nominal,
+    })
 }
 
 /// The first start, from the plan's own towards the nominal values, at which there is a spectrum.
@@ -413,41 +429,42 @@ fn fit_time(problem: &Time, plan: &Plan, progress: &dyn Fn(&str)) -> Result<Fit>
     check_influence(problem, free, &start, Objective::Time)?;
     progress("searching");
     let (outcome, work) = search(problem, free, start, plan, 1e-5)?;
-    let here = problem.information(&outcome.point)?;
-    let nominal = problem
-        .information(&nominal_variables(free, &outcome.point))
-        .ok();
-    let mut fit = assemble(
-        Objective::Time,
-        (free, &problem.channels, &problem.noise),
-        &outcome,
-        (&here, nominal.as_ref()),
-        work,
-    );
-    fit.observations = problem.observations();
-    fit.misfit = 2.0 * outcome.cost / fit.observations as f64;
-    fit.replays = problem.replays(&outcome.point);
-    fit.notes.push(format!(
+    let misfit = 2.0 * outcome.cost / problem.observations() as f64;
+    let replays = problem.replays(&outcome.point);
+    let judged = judge_at(free, outcome, work, misfit, |z| problem.information(z))?;
+    let note = format!(
         "{} windows of {} s, each with a free initial state; standard errors from the scatter between windows",
         problem.windows(),
         plan.window
-    ));
-    Ok(fit)
+    );
+    Ok(Fit {
+        observations: problem.observations(),
+        replays,
+        notes: vec![note],
+        ..assemble(
+            Objective::Time,
+            free,
+            (&problem.channels, &problem.noise),
+            judged,
+        )
+    })
 }
 
 fn assemble(
     objective: Objective,
-    (free, channels, noise): (&[Free], &[&str], &[f64]),
-    outcome: &Outcome,
-    (here, nominal): (&Information, Option<&Information>),
-    work: Work,
+    free: &[Free],
+    (channels, noise): (&[&str], &[f64]),
+    Judged {
+        outcome,
+        work,
+        misfit,
+        here,
+        nominal,
+    }: Judged,
 ) -> Fit {
-    let values: Vec<f64> = free
-        .iter()
-        .zip(outcome.point.iter())
-        .map(|(f, z)| f.value(*z))
-        .collect();
-    let (parameters, correlation) = judge(free, &values, here, nominal);
+    let variables = free.iter().zip(outcome.point.iter());
+    let values: Vec<f64> = variables.map(|(f, z)| f.value(*z)).collect();
+    let (parameters, correlation) = judge(free, &values, &here, nominal.as_ref());
     Fit {
         objective,
         channels: channels.iter().map(|c| (*c).to_owned()).collect(),
@@ -458,11 +475,11 @@ fn assemble(
             .map(|row| row.iter().copied().collect())
             .collect(),
         cost: outcome.cost,
-        misfit: f64::NAN,
+        misfit,
         observations: 0,
         steer_rate_deviation: None,
         replays: Vec::new(),
-        termination: outcome.termination.clone(),
+        termination: outcome.termination,
         converged: outcome.converged,
         work,
         notes: Vec::new(),

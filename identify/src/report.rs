@@ -101,7 +101,8 @@ const RESIDUAL: &str = "Residual of the moving average. The model’s curve is a
     the fitted bicycle: it has the statistics that were fitted and shares nothing else with the \
     measured ride, so the two are not meant to coincide in time; only size and pace compare.";
 const LINES: &str = "The lines left out of the spectrum are in the measured curve only.";
-const FALLEN: &str = "The fitted bicycle falls when it is simulated: there is no ride to show.";
+const FALLEN: &str = "The fitted bicycle falls or reaches its steer limit when it is simulated: \
+    there is no ride to show.";
 const READING: &str = "Determined: the standard error is below .3 of the spread that the \
     literature leaves open; weak: up to .7; not determined: more, or at a bound, or in a \
     direction the ride does not see at all, where the standard error is infinite and shown as –. \

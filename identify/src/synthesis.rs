@@ -155,9 +155,9 @@ impl Synthesis {
             self.noise.torque,
         ];
         for (channel, deviation) in channels.iter_mut().zip(deviations) {
-            channel
-                .iter_mut()
-                .for_each(|value| *value += deviation * normal());
+            for value in channel {
+                *value += deviation * normal();
+            }
         }
         let [steer, roll_rate, yaw_rate, torque] = channels;
         let mut ride = Ride::new(0.0, step, samples);

@@ -10,7 +10,7 @@ const RIDES: u64 = 64;
 
 /// Mean amplitude over 64 rides within 5 % of the expected one in each band: the mean over rides
 /// and twelve bins scatters by .5227/√(64 · 12) = 1.9 %, the linearisation is good for 4 % in power.
-fn assert_model_spectrum(parameters: Parameters, intensity: f64) {
+fn assert_model_spectrum(parameters: &Parameters, intensity: f64) {
     let analysis = Analysis::new(&Recipe::default(), 0.005, 4800).expect("a recipe");
     let drive = Drive {
         speed: 8.0 / 3.6,
@@ -19,13 +19,13 @@ fn assert_model_spectrum(parameters: Parameters, intensity: f64) {
         lines: Vec::new(),
     };
     let closed_loop =
-        ClosedLoop::new(&parameters, Formulation::Repaired, &drive, None).expect("stable");
+        ClosedLoop::new(parameters, Formulation::Repaired, &drive, None).expect("stable");
     let noise = SensorNoise::INSTRUMENTED.steer;
     let expected = closed_loop.expected(&analysis.kernel(), &[3], &[noise], 0.005);
     let mut mean = vec![0.0; expected.len()];
     for seed in 0..RIDES {
         let ride = Synthesis {
-            parameters,
+            parameters: *parameters,
             excitation: Excitation {
                 remnant_intensity: intensity,
                 ..Excitation::default()
@@ -59,7 +59,7 @@ fn assert_model_spectrum(parameters: Parameters, intensity: f64) {
 
 #[test]
 fn the_model_spectrum_is_the_mean_of_simulated_rides() {
-    assert_model_spectrum(Parameters::default(), 2.0);
+    assert_model_spectrum(&Parameters::default(), 2.0);
 }
 
 #[test]
@@ -71,5 +71,5 @@ fn the_model_spectrum_holds_at_four_degrees_of_steering() {
         rider_steer_rate_gain: 0.0,
         ..Parameters::default()
     };
-    assert_model_spectrum(rider, 1.2);
+    assert_model_spectrum(&rider, 1.2);
 }

@@ -43,9 +43,9 @@ impl Amplitude {
                     scatter() * scatter() * m[i] * m[j] * coherence
                 });
                 // noise keeps the coherence below 1, and the matrix regular
-                let factor = covariance.cholesky().map(|c| c.unpack());
+                let factor = covariance.cholesky().map(nalgebra::Cholesky::unpack);
                 factor
-                    .and_then(|l| l.try_inverse())
+                    .and_then(DMatrix::try_inverse)
                     .unwrap_or_else(|| DMatrix::from_diagonal(&m.map(|m| 1.0 / (scatter() * m))))
             })
             .collect();

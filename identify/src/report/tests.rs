@@ -99,7 +99,10 @@ fn a_report_of_steering_alone() {
     }
     assert!(table(&run.fit).starts_with("Steer alone does not determine"));
 
-    // with a remnant that throws it off, there is no ride to show, and the report says so
+    // with a remnant that drives it past its steer limit there is no ride to show: it is said
+    run.start
+        .rows
+        .insert("steer_limit".into(), 10f64.to_radians());
     run.fit.parameters.last_mut().unwrap().value = 20.0;
     let page = html(&run, &ride).unwrap();
     assert!(page.contains(FALLEN) && page.contains("<h2>Spectrum"));

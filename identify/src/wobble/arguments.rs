@@ -11,7 +11,7 @@ use identify::ride::Ride;
 use identify::run::Source;
 use identify::spectrum::{Line, Recipe};
 use identify::unit;
-use std::path::PathBuf;
+use std::path::Path;
 
 /// Which bicycle.
 #[derive(Args)]
@@ -70,7 +70,7 @@ pub struct RideArguments {
 
 impl RideArguments {
     /// Reads a ride; what was done to it at the door is told on stderr.
-    pub fn read(&self, path: &PathBuf) -> Result<Ride> {
+    pub fn read(&self, path: &Path) -> Result<Ride> {
         let ride = self.import()?.read(path)?;
         for note in &ride.notes {
             eprintln!("note: {}: {note}", path.display());
@@ -94,7 +94,7 @@ impl RideArguments {
     }
 
     /// For `inspect`, which wants to see everything.
-    pub fn read_bridging_gaps(&self, path: &std::path::Path) -> Result<Ride> {
+    pub fn read_bridging_gaps(&self, path: &Path) -> Result<Ride> {
         Ok(Import {
             resample: true,
             ..self.import()?

@@ -2,7 +2,7 @@
 
 use crate::fitting;
 use crate::model::courses;
-use crate::output::{Progress, json};
+use crate::output::{Output, Progress};
 use anyhow::{Context, Result};
 use bicycle::{Excitation, cases};
 use clap::Args;
@@ -107,10 +107,12 @@ impl Demo {
                 .iter()
                 .map(|(name, value)| ((*name).to_owned(), json!(value)))
                 .collect();
-            print!(
-                "{}",
-                json(&json!({ "wrote": files, "truth": truth, "parameters": run.fit.parameters }))?
-            );
+            let json = json!({ "wrote": files, "truth": truth, "parameters": run.fit.parameters });
+            Output {
+                json: true,
+                out: None,
+            }
+            .json_or(&json, String::new)?;
         }
         Ok(())
     }

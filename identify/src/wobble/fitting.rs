@@ -109,7 +109,7 @@ impl Fit {
         })?;
         let noise = match &self.noise[..] {
             [] => None,
-            given => Some(self.noise(given, channels.as_deref())?),
+            given => Some(noise_of(given, channels.as_deref())?),
         };
         Ok(Plan {
             parameters: bicycle.parameters,
@@ -146,26 +146,26 @@ impl Fit {
         }
         Ok(free)
     }
+}
 
-    /// The noise of each channel, in the order of `--channels`.
-    fn noise(&self, given: &[String], channels: Option<&[&'static str]>) -> Typed<Vec<f64>> {
-        let channels = channels.unwrap_or(&["steer"]);
-        let of = |channel: &&str| {
-            let text = given
-                .iter()
-                .find(|text| text.split('=').next() == Some(channel));
-            let text = text.ok_or_else(|| {
-                let form = Error::Form {
-                    expected: "the noise of every channel",
-                    found: given.join(" "),
-                };
-                form.typed(format!("--noise {}", given.join(" --noise ")))
-            })?;
-            let (name, value) = assignment("--noise", text)?;
-            quantity("--noise", value, channel_row(name)?.unit)
-        };
-        channels.iter().map(of).collect()
-    }
+/// The noise of each channel, in the order of `--channels`.
+fn noise_of(given: &[String], channels: Option<&[&'static str]>) -> Typed<Vec<f64>> {
+    let channels = channels.unwrap_or(&["steer"]);
+    let of = |channel: &&str| {
+        let text = given
+            .iter()
+            .find(|text| text.split('=').next() == Some(channel));
+        let text = text.ok_or_else(|| {
+            let form = Error::Form {
+                expected: "the noise of every channel",
+                found: given.join(" "),
+            };
+            form.typed(format!("--noise {}", given.join(" --noise ")))
+        })?;
+        let (name, value) = assignment("--noise", text)?;
+        quantity("--noise", value, channel_row(name)?.unit)
+    };
+    channels.iter().map(of).collect()
 }
 
 /// `given` names turned into what they mean; none where none were given.

@@ -25,6 +25,7 @@ struct Program {
 }
 
 #[derive(Subcommand)]
+#[expect(clippy::large_enum_variant, reason = "there is one of them in a run")]
 enum Command {
     /// Write an FMU, the nine cases of the paper and six synthetic rides; fit one and report
     Demo(demo::Demo),

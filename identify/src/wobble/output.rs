@@ -32,16 +32,15 @@ impl Output {
     /// Writes `value` as JSON if asked to, else the text that `text` makes.
     pub fn json_or(&self, value: &impl Serialize, text: impl FnOnce() -> String) -> Result<()> {
         if self.json {
-            self.text(&json(value)?)
+            self.text(
+                &(serde_json::to_string_pretty(value)?
+                    + "
+"),
+            )
         } else {
             self.text(&text())
         }
     }
-}
-
-/// `value` as indented JSON with a line end.
-pub fn json(value: &impl Serialize) -> Result<String> {
-    Ok(serde_json::to_string_pretty(value)? + "\n")
 }
 
 /// Whether the reader of stdout has gone: no failure of ours.

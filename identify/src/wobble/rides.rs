@@ -63,7 +63,7 @@ pub struct Spectrum {
     #[command(flatten)]
     reading: RideArguments,
     #[command(flatten)]
-    spectrum: SpectrumArguments,
+    recipe: SpectrumArguments,
     /// Figure to write besides, SVG
     #[arg(long, value_name = "FILE")]
     figure: Option<PathBuf>,
@@ -73,7 +73,7 @@ pub struct Spectrum {
 
 impl Spectrum {
     pub fn run(&self) -> Result<()> {
-        let recipe = self.spectrum.recipe()?;
+        let recipe = self.recipe.recipe()?;
         let ride = self.reading.read(&self.ride)?;
         let amplitudes = compare::amplitudes(&ride, &self.channel, &recipe)?;
         if let Some(path) = &self.figure {
@@ -100,7 +100,7 @@ pub struct Compare {
     #[command(flatten)]
     reading: RideArguments,
     #[command(flatten)]
-    spectrum: SpectrumArguments,
+    recipe: SpectrumArguments,
     /// Figure to write besides, SVG
     #[arg(long, value_name = "FILE")]
     figure: Option<PathBuf>,
@@ -110,7 +110,7 @@ pub struct Compare {
 
 impl Compare {
     pub fn run(&self) -> Result<()> {
-        let recipe = self.spectrum.recipe()?;
+        let recipe = self.recipe.recipe()?;
         let rides: Vec<Ride> = self
             .rides
             .iter()
