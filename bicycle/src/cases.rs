@@ -5,16 +5,16 @@ use crate::parameters::Parameters;
 use crate::simulate::{Refusal, Simulation, Stop};
 use crate::state::Input;
 
-/// Table 2: φ̇ \[rad/s\], θ̇ \[rad/s\], φ \[°\], θ \[°\], ψ̇ \[rad/s\] at the start.
+/// Table 2: φ̇ [rad/s], θ̇ [rad/s], φ [°], θ [°], ψ̇ [rad/s] at the start.
 pub const TABLE_2: [f64; 5] = [0.0, 0.0, -5.0, 1.0, 2.0];
-/// Table 3, rows: trails \[m\].
+/// Table 3, rows: trails [m].
 pub const TRAILS: [f64; 3] = [0.130, 0.085, -0.035];
-/// Table 3, columns: centre of mass before the rear contact \[m\].
+/// Table 3, columns: centre of mass before the rear contact [m].
 pub const COGS: [f64; 3] = [0.68, 0.52, 0.37];
-/// Table 4: mass \[kg\], wheel radius \[m\], wheelbase \[m\], caster angle \[°\], rear contact to centre
-/// of mass \[m\], steering inertia [kg m²], as printed.
+/// Table 4: mass [kg], wheel radius [m], wheelbase [m], caster angle [°], rear contact to centre
+/// of mass [m], steering inertia [kg m²], as printed.
 pub const TABLE_4: [f64; 6] = [17.5, 0.308, 1.015, 20.0, 0.507, 0.00181];
-/// Table 5: step and trail \[m\]; step +4 is printed −.05, which the sequence shows to mean −.005.
+/// Table 5: step and trail [m]; step +4 is printed −.05, which the sequence shows to mean −.005.
 pub const TABLE_5: [(i8, f64); 7] = [
     (-1, 0.13),
     (0, 0.11),
@@ -24,9 +24,9 @@ pub const TABLE_5: [(i8, f64); 7] = [
     (4, -0.005),
     (5, -0.035),
 ];
-/// Table 6: the riders, height \[m\] and mass \[kg\].
+/// Table 6: the riders, height [m] and mass [kg].
 pub const RIDERS: [(f64, f64); 3] = [(1.78, 82.0), (1.68, 53.0), (1.78, 75.0)];
-/// How long the cases run \[s\]; assumed, the paper does not say.
+/// How long the cases run [s]; assumed, the paper does not say.
 pub const DURATION: f64 = 5.0;
 
 /// One of the nine cases of Table 3.
@@ -34,9 +34,9 @@ pub const DURATION: f64 = 5.0;
 pub struct Case {
     /// 1 to 9.
     pub number: usize,
-    /// Trail \[m\].
+    /// Trail [m].
     pub trail: f64,
-    /// Centre of mass before the rear contact \[m\].
+    /// Centre of mass before the rear contact [m].
     pub cog_to_rear: f64,
 }
 
@@ -54,21 +54,21 @@ pub fn all() -> [Case; 9] {
 pub struct Course {
     /// The case.
     pub case: Case,
-    /// Times \[s\], every `interval` from 0 to the end.
+    /// Times [s], every `interval` from 0 to the end.
     pub time: Vec<f64>,
-    /// Steer angle \[rad\] at those times.
+    /// Steer angle [rad] at those times.
     pub steer: Vec<f64>,
     /// Why it ended before [`DURATION`], if it did.
     pub stop: Option<Stop>,
 }
 
 impl Course {
-    /// Time at which the case ended \[s\].
+    /// Time at which the case ended [s].
     pub fn end_time(&self) -> f64 {
         self.stop.map_or(DURATION, Stop::time)
     }
 
-    /// Largest |steer| \[rad\] after the first second; `None` when the case ended early.
+    /// Largest |steer| [rad] after the first second; `None` when the case ended early.
     pub fn amplitude(&self) -> Option<f64> {
         self.stop.is_none().then(|| {
             let late = self
@@ -100,7 +100,7 @@ impl Case {
         p
     }
 
-    /// Runs the case, the steer angle noted every `interval` \[s\].
+    /// Runs the case, the steer angle noted every `interval` [s].
     pub fn run(
         &self,
         parameters: &Parameters,

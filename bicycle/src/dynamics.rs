@@ -68,13 +68,13 @@ pub struct Bicycle<T = f64> {
     pub formulation: Formulation,
     /// Bicycle, rider and load as one.
     pub lumps: Lumps<T>,
-    /// `F_z = M g L_1/L`, front normal load \[N\].
+    /// `F_z = M g L_1/L`, front normal load [N].
     pub front_load: T,
     /// sin λ.
     pub sin_caster: T,
     /// cos λ.
     pub cos_caster: T,
-    /// `f = r_f sin λ − L_3 cos λ`, fork offset \[m\].
+    /// `f = r_f sin λ − L_3 cos λ`, fork offset [m].
     pub fork_offset: T,
     /// The inertia on the left of (9) [kg m²].
     pub steering_inertia: T,
@@ -111,7 +111,7 @@ pub struct Nonlinear<T> {
     pub steer_sign: T,
     /// sign θ̇ in (9).
     pub steer_rate_sign: T,
-    /// atan(ψ̇ L/V) \[rad\] in (4).
+    /// atan(ψ̇ L/V) [rad] in (4).
     pub path_angle: T,
 }
 

@@ -28,20 +28,20 @@ pub fn rk4<T: Real, X: Vector<T>>(x: X, h: T, mut f: impl FnMut(f64, &X) -> X) -
 /// Why a simulation ended before it was asked to.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Stop {
-    /// |steer| reached `steer_limit` at time `t` \[s\].
+    /// |steer| reached `steer_limit` at time `t` [s].
     SteerLimit {
-        /// Time of the event \[s\].
+        /// Time of the event [s].
         t: f64,
     },
-    /// After time `t` \[s\] the bicycle lay on its side (|roll| > 90°) or a state was not finite.
+    /// After time `t` [s] the bicycle lay on its side (|roll| > 90°) or a state was not finite.
     Diverged {
-        /// Last time with a meaningful state \[s\].
+        /// Last time with a meaningful state [s].
         t: f64,
     },
 }
 
 impl Stop {
-    /// When it ended \[s\].
+    /// When it ended [s].
     pub fn time(self) -> f64 {
         match self {
             Self::SteerLimit { t } | Self::Diverged { t } => t,
@@ -73,14 +73,14 @@ impl std::error::Error for Stop {}
 pub enum Refusal {
     /// The internal step is too long for explicit steps of these parameters.
     StepTooLong {
-        /// The row `internal_step` \[s\].
+        /// The row `internal_step` [s].
         step: f64,
-        /// The longest stable step \[s\].
+        /// The longest stable step [s].
         limit: f64,
     },
     /// The load lifts the front wheel.
     FrontLifted {
-        /// Front normal load \[N\].
+        /// Front normal load [N].
         front_load: f64,
     },
 }
@@ -109,7 +109,7 @@ impl std::error::Error for Refusal {}
 /// border comes nearest to the origin, 2.616, at 123° (2.785 on the real, 2.828 on the imaginary axis).
 const STABLE_RADIUS: f64 = 2.6;
 
-/// Longest step \[s\] of [`rk4`] at `speed` \[m/s\] with which every decaying mode of the bicycle
+/// Longest step [s] of [`rk4`] at `speed` [m/s] with which every decaying mode of the bicycle
 /// upright decays, smoothed Coulomb friction (a jump, width 0, has no slope) and rider law included.
 /// A bound a few per cent short of the limit, 0 where there is none.
 pub fn stability_limit(b: &Bicycle, speed: f64) -> f64 {
@@ -159,7 +159,7 @@ pub struct Simulation {
 }
 
 impl Simulation {
-    /// A bicycle at `start_time` \[s\] in the state of the `*_start` rows.
+    /// A bicycle at `start_time` [s] in the state of the `*_start` rows.
     pub fn new(
         parameters: &Parameters,
         formulation: Formulation,
@@ -231,7 +231,7 @@ impl Simulation {
         }
     }
 
-    /// Goes on to time `to` \[s\] (no further back than [`Self::time`]) and arrives exactly there,
+    /// Goes on to time `to` [s] (no further back than [`Self::time`]) and arrives exactly there,
     /// or stops on the way and stays where it stopped.
     pub fn advance(&mut self, to: f64) -> Result<(), Stop> {
         if let Some(stop) = self.stop {
@@ -336,7 +336,7 @@ impl Simulation {
         }
     }
 
-    /// Where we are \[s\].
+    /// Where we are [s].
     pub fn time(&self) -> f64 {
         self.here.time
     }

@@ -4,12 +4,12 @@ use crate::dynamics::{Bicycle, Formulation};
 use crate::real::Real;
 use crate::state::State;
 
-/// Shift of the front contact point δL₃ \[m\], (1).   `δL₃ = r_f sin φ`
+/// Shift of the front contact point δL₃ [m], (1).   `δL₃ = r_f sin φ`
 pub fn contact_shift<T: Real>(b: &Bicycle<T>, roll: T) -> T {
     b.p.front_wheel_radius * roll.sin()
 }
 
-/// Trail after the contact point has moved L₃' \[m\], (2).   `L₃' = L₃ cos φ + r_f sin φ · sign θ`
+/// Trail after the contact point has moved L₃' [m], (2).   `L₃' = L₃ cos φ + r_f sin φ · sign θ`
 ///
 /// `steer_sign` is sign θ, smoothed or not.
 pub fn effective_trail<T: Real>(b: &Bicycle<T>, roll: T, steer_sign: T) -> T {
@@ -23,23 +23,23 @@ pub fn yaw_rate<T: Real>(b: &Bicycle<T>, speed: T, steer: T, slip: T) -> T {
     speed * (sin / cos) / b.p.wheelbase
 }
 
-/// Direction θ − β \[rad\] in which the front contact travels, left of the frame, (3) solved.
+/// Direction θ − β [rad] in which the front contact travels, left of the frame, (3) solved.
 /// `θ − β = atan(ψ̇ L/V)`
 pub fn path_angle<T: Real>(b: &Bicycle<T>, speed: T, yaw_rate: T) -> T {
     (yaw_rate * b.p.wheelbase / speed).atan()
 }
 
-/// Slip angle β \[rad\], (4).   `β = θ − atan(ψ̇ L/V)`
+/// Slip angle β [rad], (4).   `β = θ − atan(ψ̇ L/V)`
 pub fn slip_angle<T: Real>(steer: T, path_angle: T) -> T {
     steer - path_angle
 }
 
-/// Front cornering force `F_θ` \[N\], left positive, (5).   `F_θ = C_θ β F_z`
+/// Front cornering force `F_θ` [N], left positive, (5).   `F_θ = C_θ β F_z`
 pub fn lateral_force<T: Real>(b: &Bicycle<T>, slip: T) -> T {
     b.p.cornering_stiffness * slip * b.front_load
 }
 
-/// Camber angle γ \[rad\] of the front wheel, right positive: the angle inside (6).
+/// Camber angle γ [rad] of the front wheel, right positive: the angle inside (6).
 ///
 /// As printed `φ + θ sin λ`; repaired `φ − θ sin λ`, as (9) has it: with steer left positive a
 /// wheel steered left leans left.
@@ -51,7 +51,7 @@ pub fn camber_angle<T: Real>(b: &Bicycle<T>, x: &State<T>) -> T {
     }
 }
 
-/// Front camber thrust `F_φ` \[N\], right positive, (6).   `F_φ = C_φ (φ + θ sin λ) F_z`
+/// Front camber thrust `F_φ` [N], right positive, (6).   `F_φ = C_φ (φ + θ sin λ) F_z`
 pub fn camber_thrust<T: Real>(b: &Bicycle<T>, x: &State<T>) -> T {
     b.p.camber_stiffness * camber_angle(b, x) * b.front_load
 }

@@ -102,7 +102,7 @@ pub enum Error {
     /// The model came to its end within a step.
     #[error("{why}; the last successful time is {at} s")]
     Ended {
-        /// The last successful time \[s\].
+        /// The last successful time [s].
         at: f64,
         /// The reason.
         why: String,

@@ -7,9 +7,9 @@ use model_description::ModelDescription;
 /// What `fmi2SetupExperiment` said.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Experiment {
-    /// Start time \[s\].
+    /// Start time [s].
     pub start_time: f64,
-    /// Time beyond which no step may go \[s\].
+    /// Time beyond which no step may go [s].
     pub stop_time: Option<f64>,
     /// Relative tolerance wished for.
     pub tolerance: Option<f64>,
@@ -66,7 +66,7 @@ pub struct Instance<M> {
     state: State,
     variables: Variables,
     experiment: Option<Experiment>,
-    /// End of the last successful step \[s\].
+    /// End of the last successful step [s].
     time: f64,
     /// A value was set since the model was initialised.
     stale: bool,
@@ -216,7 +216,7 @@ impl<M: Model> Instance<M> {
         Ok(())
     }
 
-    /// Goes on from `point`, which must be the present time, by `h` > 0, both \[s\].
+    /// Goes on from `point`, which must be the present time, by `h` > 0, both [s].
     pub fn do_step(&mut self, point: f64, h: f64) -> Result<(), Error> {
         self.permit(Function::DoStep)?;
         let refuse = |what, expected: String, found| {
@@ -258,7 +258,7 @@ impl<M: Model> Instance<M> {
         }
     }
 
-    /// End of the last successful step \[s\].
+    /// End of the last successful step [s].
     pub fn last_successful_time(&self) -> Result<f64, Error> {
         self.permit(Function::GetRealStatus)?;
         Ok(self.time)

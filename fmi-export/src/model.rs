@@ -49,10 +49,10 @@ pub enum Value {
 pub enum Flow {
     /// It arrived at t + h.
     Continue,
-    /// The model has come to its end on the way: it stays at time `at` \[s\], where its values can
+    /// The model has come to its end on the way: it stays at time `at` [s], where its values can
     /// be read.
     Terminate {
-        /// The last time with a state \[s\].
+        /// The last time with a state [s].
         at: f64,
         /// The reason, in words.
         why: String,

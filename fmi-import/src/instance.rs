@@ -31,7 +31,7 @@ pub enum Step {
     Complete,
     /// It ended early.
     Discarded {
-        /// The end of the last successful step \[s\], where the FMU can tell.
+        /// The end of the last successful step [s], where the FMU can tell.
         last_successful_time: Option<f64>,
         /// The FMU wants the simulation to end.
         terminated: bool,
@@ -173,7 +173,7 @@ impl Instance<'_> {
         }
     }
 
-    /// Start time, stop time \[s\] and relative tolerance.
+    /// Start time, stop time [s] and relative tolerance.
     pub fn setup_experiment(
         &mut self,
         tolerance: Option<f64>,

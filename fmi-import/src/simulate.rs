@@ -10,11 +10,11 @@ pub struct Plan {
     pub start_values: Vec<(String, Value)>,
     /// Names of the variables to record; `String` variables cannot be.
     pub record: Vec<String>,
-    /// Start \[s\].
+    /// Start [s].
     pub start_time: f64,
-    /// Stop \[s\], after the start.
+    /// Stop [s], after the start.
     pub stop_time: f64,
-    /// Communication step \[s\], positive; the last one is shortened to end at the stop.
+    /// Communication step [s], positive; the last one is shortened to end at the stop.
     pub step: f64,
     /// Relative tolerance, if the FMU is to be given one.
     pub tolerance: Option<f64>,

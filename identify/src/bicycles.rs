@@ -242,7 +242,7 @@ fn rider(typed: &str) -> Result<Body> {
     )
 }
 
-/// `value` \[SI\], if the row lets it in.
+/// `value` [SI], if the row lets it in.
 pub fn admit(row: &Quantity, value: f64) -> Result<f64> {
     if row.admits(value) {
         return Ok(value);

@@ -17,7 +17,7 @@ const STEER_RATE: usize = 1;
 const STEER: usize = 3;
 const YAW_RATE: usize = 4;
 
-/// Above this steering \[rad rms\] the linearisation has not been checked.
+/// Above this steering [rad rms] the linearisation has not been checked.
 pub const STEER_CHECKED: f64 = 5.0 * std::f64::consts::PI / 180.0;
 
 /// What a measured channel is to the model: an entry of the state.
@@ -28,9 +28,9 @@ pub fn state_index(channel: &str) -> Option<usize> {
 /// A deterministic line as the loop sees it: its frequency and the steer amplitude it leaves.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LineMotion {
-    /// Frequency \[Hz\].
+    /// Frequency [Hz].
     pub frequency: f64,
-    /// Amplitude of the steer angle \[rad\].
+    /// Amplitude of the steer angle [rad].
     pub steer_amplitude: f64,
 }
 
@@ -41,7 +41,7 @@ pub struct Drive {
     pub speed: f64,
     /// Remnant: first-order low-pass torque noise, rms [N m].
     pub remnant_intensity: f64,
-    /// Its corner \[Hz\].
+    /// Its corner [Hz].
     pub remnant_corner: f64,
     /// Deterministic lines besides.
     pub lines: Vec<LineMotion>,
@@ -186,7 +186,7 @@ impl ClosedLoop {
         }
     }
 
-    /// Standard deviation of a state, lines included \[SI\].
+    /// Standard deviation of a state, lines included [SI].
     pub fn deviation(&self, index: usize) -> f64 {
         self.covariance[(index, index)].sqrt()
     }
@@ -196,19 +196,19 @@ impl ClosedLoop {
         self.deviation(STEER_RATE)
     }
 
-    /// σ_θ \[rad\], the steer angle's standard deviation.
+    /// σ_θ [rad], the steer angle's standard deviation.
     pub fn steer_deviation(&self) -> f64 {
         self.deviation(STEER)
     }
 
-    /// Two-sided spectral density [(N m)²/Hz] of the remnant at `f` \[Hz\].
+    /// Two-sided spectral density [(N m)²/Hz] of the remnant at `f` [Hz].
     fn remnant_density(&self, f: f64) -> f64 {
         let (rate, omega) = (TAU * self.drive.remnant_corner, TAU * f);
         self.drive.remnant_intensity.powi(2) * 2.0 * rate / (rate * rate + omega * omega)
     }
 
     /// Expected cross-powers of the states `channels` in each bin of `kernel`, white noise of
-    /// standard deviation `noise` \[SI\] and step `step` \[s\] added: one Hermitian matrix a bin.
+    /// standard deviation `noise` [SI] and step `step` [s] added: one Hermitian matrix a bin.
     pub fn expected(
         &self,
         kernel: &Kernel,

@@ -5,7 +5,7 @@ use crate::ride::Ride;
 use crate::spectrum::{Analysis, Recipe};
 use serde::Serialize;
 
-/// The bands \[Hz\] that the paper's discussion distinguishes: slow balancing, the oscillation,
+/// The bands [Hz] that the paper's discussion distinguishes: slow balancing, the oscillation,
 /// what lies above.
 pub const BANDS: [(f64, f64); 3] = [(0.3, 0.8), (0.8, 1.6), (1.6, 3.0)];
 
@@ -18,9 +18,9 @@ pub struct Amplitudes {
     pub channel: String,
     /// Its unit.
     pub unit: &'static str,
-    /// Frequencies of the bins \[Hz\].
+    /// Frequencies of the bins [Hz].
     pub frequency: Vec<f64>,
-    /// One-sided amplitudes \[SI\].
+    /// One-sided amplitudes [SI].
     pub amplitude: Vec<f64>,
 }
 
@@ -29,11 +29,11 @@ pub struct Amplitudes {
 pub struct BandRow {
     /// The ride's file.
     pub ride: String,
-    /// Low end \[Hz\].
+    /// Low end [Hz].
     pub low: f64,
-    /// High end \[Hz\].
+    /// High end [Hz].
     pub high: f64,
-    /// Root mean square of the residual in the band \[SI\].
+    /// Root mean square of the residual in the band [SI].
     pub rms: f64,
     /// Over that of the first ride.
     pub ratio: f64,

@@ -24,7 +24,7 @@ use table::Table;
 pub struct Import {
     /// What the columns of a foreign file mean.
     pub map: Option<Map>,
-    /// Sampling rate \[Hz\] of a file without a time column; with one, what it must agree with.
+    /// Sampling rate [Hz] of a file without a time column; with one, what it must agree with.
     pub rate: Option<f64>,
     /// Whether gaps in time of up to ten steps are bridged by straight lines instead of refused.
     pub resample: bool,
@@ -84,7 +84,7 @@ impl Import {
         Ok(ride)
     }
 
-    /// The rate given, by the caller or by the map \[Hz\].
+    /// The rate given, by the caller or by the map [Hz].
     fn rate(&self) -> Result<Option<f64>> {
         let rate = self.rate.or(self.map.as_ref().and_then(|map| map.rate));
         match rate {

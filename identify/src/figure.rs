@@ -93,7 +93,7 @@ fn end_of(course: &Course) -> String {
 }
 
 /// Measured spectra over those of a fitted model, a panel a channel: the model's mean and the
-/// band that holds 95 % of the amplitudes of one ride. `lines` \[Hz\] were left out of the fit.
+/// band that holds 95 % of the amplitudes of one ride. `lines` [Hz] were left out of the fit.
 pub fn spectrum(curves: &[Curve], lines: &[f64]) -> String {
     let mut entries = vec![
         (Mark::Dot(BLACK), "measured".to_owned()),
@@ -169,7 +169,7 @@ pub fn traces(traces: &[Trace]) -> String {
     })
 }
 
-/// Amplitude spectra in one panel: label, frequencies \[Hz\] and amplitudes in `unit` (SI) of
+/// Amplitude spectra in one panel: label, frequencies [Hz] and amplitudes in `unit` (SI) of
 /// each.
 pub fn comparison(spectra: &[(String, &[f64], &[f64])], unit: &str) -> String {
     let palette = [BLUE, VERMILLION, GREEN, ORANGE, PURPLE, SKY, BLACK];

@@ -36,9 +36,9 @@ pub struct Plan {
     pub free: Option<Vec<Free>>,
     /// How spectra are taken; the taper follows from the number of channels.
     pub recipe: Recipe,
-    /// Length of a window of the `time` objective \[s\].
+    /// Length of a window of the `time` objective [s].
     pub window: f64,
-    /// Standard deviation of the noise of each channel \[SI\]; else estimated above 10 Hz.
+    /// Standard deviation of the noise of each channel [SI]; else estimated above 10 Hz.
     pub noise: Option<Vec<f64>>,
     /// Most iterations of a search.
     pub max_iterations: u64,
@@ -85,7 +85,7 @@ pub struct Fit {
     pub objective: Objective,
     /// The channels it looked at.
     pub channels: Vec<String>,
-    /// Standard deviation of each channel's noise, given or estimated \[SI\].
+    /// Standard deviation of each channel's noise, given or estimated [SI].
     pub noise: Vec<f64>,
     /// The free parameters.
     pub parameters: Vec<Estimate>,
@@ -429,7 +429,9 @@ fn fit_time(problem: &Time, plan: &Plan, progress: &dyn Fn(&str)) -> Result<Fit>
     check_influence(problem, free, &start, Objective::Time)?;
     progress("searching");
     let (outcome, work) = search(problem, free, start, plan, 1e-5)?;
-    let misfit = 2.0 * outcome.cost / problem.observations() as f64;
+    // each window's initial state and each free parameter explains one observation
+    let freedom = problem.observations().saturating_sub(outcome.point.len()).max(1);
+    let misfit = 2.0 * outcome.cost / freedom as f64;
     let replays = problem.replays(&outcome.point);
     let judged = judge_at(free, outcome, work, misfit, |z| problem.information(z))?;
     let note = format!(

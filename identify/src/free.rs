@@ -30,9 +30,9 @@ pub struct Free {
     /// The row of the table.
     pub row: &'static Quantity,
     place: Place,
-    /// Lower bound \[SI\].
+    /// Lower bound [SI].
     pub lower: f64,
-    /// Upper bound \[SI\].
+    /// Upper bound [SI].
     pub upper: f64,
 }
 
@@ -62,7 +62,7 @@ impl Free {
         Ok(free)
     }
 
-    /// The same within `lower` to `upper` \[SI\].
+    /// The same within `lower` to `upper` [SI].
     pub fn within(self, lower: f64, upper: f64) -> Result<Self> {
         let Self { row, .. } = self;
         if lower < upper && row.admits(lower) && row.admits(upper) {
@@ -114,7 +114,7 @@ impl Free {
         }
     }
 
-    /// Variable of the search from a value \[SI\].
+    /// Variable of the search from a value [SI].
     pub fn variable(&self, value: f64) -> f64 {
         if self.logarithmic() {
             value.ln()
@@ -123,7 +123,7 @@ impl Free {
         }
     }
 
-    /// Value \[SI\] from a variable of the search.
+    /// Value [SI] from a variable of the search.
     pub fn value(&self, variable: f64) -> f64 {
         if self.logarithmic() {
             variable.exp()
@@ -132,7 +132,7 @@ impl Free {
         }
     }
 
-    /// Change of the value per change of the variable, at a value \[SI\].
+    /// Change of the value per change of the variable, at a value [SI].
     pub fn slope(&self, value: f64) -> f64 {
         if self.logarithmic() {
             value
@@ -159,7 +159,7 @@ pub struct Candidate {
 }
 
 impl Candidate {
-    /// The value of a free parameter \[SI\].
+    /// The value of a free parameter [SI].
     pub fn get(&self, free: &Free) -> f64 {
         match free.place {
             Place::Bicycle(index) => self.parameters.get(index),
@@ -167,7 +167,7 @@ impl Candidate {
         }
     }
 
-    /// Sets a free parameter \[SI\].
+    /// Sets a free parameter [SI].
     pub fn set(&mut self, free: &Free, value: f64) {
         match free.place {
             Place::Bicycle(index) => self.parameters.set(index, value),

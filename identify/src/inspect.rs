@@ -16,11 +16,11 @@ pub struct Inspection {
     pub sha256: Option<String>,
     /// Number of samples.
     pub samples: usize,
-    /// Sampling rate \[Hz\].
+    /// Sampling rate [Hz].
     pub rate: f64,
-    /// Time of the first sample \[s\].
+    /// Time of the first sample [s].
     pub start: f64,
-    /// Duration \[s\].
+    /// Duration [s].
     pub duration: f64,
     /// See [`Ride::law_in_loop`].
     pub law_in_loop: Option<bool>,
@@ -62,7 +62,7 @@ pub enum Finding {
     Constant {
         /// The channel.
         channel: &'static str,
-        /// Its only value \[SI\].
+        /// Its only value [SI].
         value: f64,
         /// SI unit.
         unit: &'static str,
@@ -73,7 +73,7 @@ pub enum Finding {
         channel: &'static str,
         /// How many.
         count: usize,
-        /// The farthest value \[SI\].
+        /// The farthest value [SI].
         value: f64,
         /// SI unit.
         unit: &'static str,
@@ -84,7 +84,7 @@ pub enum Finding {
     Quantised {
         /// The channel.
         channel: &'static str,
-        /// The step \[SI\].
+        /// The step [SI].
         step: f64,
         /// SI unit.
         unit: &'static str,
@@ -93,7 +93,7 @@ pub enum Finding {
     Clipped {
         /// The channel.
         channel: &'static str,
-        /// The value \[SI\].
+        /// The value [SI].
         value: f64,
         /// SI unit.
         unit: &'static str,

@@ -64,7 +64,7 @@ pub struct Map {
     pub name: String,
     /// See [`crate::ride::Ride::law_in_loop`].
     pub law_in_loop: Option<bool>,
-    /// Sampling rate \[Hz\], where the file has no time column.
+    /// Sampling rate [Hz], where the file has no time column.
     pub rate: Option<f64>,
     /// The time column, where there is one, and the channels.
     pub columns: Vec<Column>,

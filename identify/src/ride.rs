@@ -19,7 +19,7 @@ pub const TIME: &str = "time";
 /// The channel that tells whether the bicycle moves.
 pub(crate) const SPEED: &str = "speed";
 
-/// Below this speed a bicycle stands \[m/s\]: neither the model nor a balancing rider lives there.
+/// Below this speed a bicycle stands [m/s]: neither the model nor a balancing rider lives there.
 pub const STANDSTILL: f64 = 0.5;
 
 /// The rows a channel may have: the outputs and inputs of the bicycle, in the order of the tables.
@@ -48,9 +48,9 @@ pub struct Origin {
 /// A stretch of a ride, both ends included.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct Span {
-    /// Time of the first sample \[s\].
+    /// Time of the first sample [s].
     pub start: f64,
-    /// Time of the last sample \[s\].
+    /// Time of the last sample [s].
     pub stop: f64,
     /// Lines of the file, where the ride comes from one.
     pub rows: Option<(usize, usize)>,
@@ -85,7 +85,7 @@ pub struct Ride {
 }
 
 impl Ride {
-    /// A ride of `len` samples, `step` \[s\] apart, the first at time `start` \[s\]; no channel yet.
+    /// A ride of `len` samples, `step` [s] apart, the first at time `start` [s]; no channel yet.
     pub fn new(start: f64, step: f64, len: usize) -> Self {
         debug_assert!(step > 0.0 && step.is_finite(), "step {step} s");
         Self {
@@ -99,7 +99,7 @@ impl Ride {
         }
     }
 
-    /// Puts `samples` \[SI\] into the channel `name`, replacing what was there.
+    /// Puts `samples` [SI] into the channel `name`, replacing what was there.
     pub fn insert(&mut self, name: &str, samples: Vec<f64>) -> Result<()> {
         let row = quantity(name)?;
         if samples.len() != self.len {
@@ -129,12 +129,12 @@ impl Ride {
         Ok(())
     }
 
-    /// Step \[s\].
+    /// Step [s].
     pub fn step(&self) -> f64 {
         self.step
     }
 
-    /// Sampling rate \[Hz\].
+    /// Sampling rate [Hz].
     pub fn rate(&self) -> f64 {
         1.0 / self.step
     }
@@ -149,17 +149,17 @@ impl Ride {
         self.len == 0
     }
 
-    /// Number of samples × step \[s\].
+    /// Number of samples × step [s].
     pub fn duration(&self) -> f64 {
         self.len as f64 * self.step
     }
 
-    /// Time of sample `i` on the clock of the recording \[s\], to the nanosecond.
+    /// Time of sample `i` on the clock of the recording [s], to the nanosecond.
     pub fn time(&self, i: usize) -> f64 {
         nanoseconds(self.start + i as f64 * self.step)
     }
 
-    /// The channels: row of the table and samples \[SI\].
+    /// The channels: row of the table and samples [SI].
     pub fn channels(&self) -> impl Iterator<Item = (&'static Quantity, &[f64])> {
         self.channels
             .iter()
@@ -171,7 +171,7 @@ impl Ride {
         self.channels.iter().any(|(row, _)| row.name == name)
     }
 
-    /// The samples of the channel `name` \[SI\].
+    /// The samples of the channel `name` [SI].
     pub fn channel(&self, name: &str) -> Result<&[f64]> {
         // a name no ride can have is another mistake than a channel this ride lacks
         quantity(name)?;
@@ -185,7 +185,7 @@ impl Ride {
             })
     }
 
-    /// The samples of the channel `name` \[SI\], which must not be one and the same value
+    /// The samples of the channel `name` [SI], which must not be one and the same value
     /// throughout: there would be nothing to fit.
     pub fn signal(&self, name: &str) -> Result<&[f64]> {
         let samples = self.channel(name)?;
@@ -220,7 +220,7 @@ impl Ride {
         }
     }
 
-    /// An error where the ride is shorter than `expected` \[s\].
+    /// An error where the ride is shorter than `expected` [s].
     pub fn check_duration(&self, expected: f64) -> Result<()> {
         let found = nanoseconds(self.duration());
         if found < expected {
@@ -233,7 +233,7 @@ impl Ride {
         Ok(())
     }
 
-    /// The samples at times start ≤ t < stop \[s\] on the clock of the recording, at least two.
+    /// The samples at times start ≤ t < stop [s] on the clock of the recording, at least two.
     pub fn slice(&self, times: Range<f64>) -> Result<Self> {
         // a millionth of a step forgives the rounding of times in files
         let index =

@@ -25,11 +25,11 @@ pub struct Source {
     pub sha256: String,
     /// Name or path of the channel map, if one was used.
     pub map: Option<String>,
-    /// Sampling rate given for a file without a clock \[Hz\].
+    /// Sampling rate given for a file without a clock [Hz].
     pub rate: Option<f64>,
     /// Whether gaps were bridged.
     pub resample: bool,
-    /// The stretch of it that was used \[s\].
+    /// The stretch of it that was used [s].
     pub times: Option<(f64, f64)>,
     /// What was done to it at the door.
     pub notes: Vec<String>,
@@ -46,7 +46,7 @@ pub struct Start {
     pub speed: f64,
     /// Whether a steering law is closed on the simulated state.
     pub law_in_loop: bool,
-    /// All rows by name \[SI\].
+    /// All rows by name [SI].
     pub rows: BTreeMap<String, f64>,
 }
 
@@ -55,9 +55,9 @@ pub struct Start {
 pub struct Asked {
     /// How spectra are taken.
     pub recipe: Recipe,
-    /// Length of a window of `time` \[s\].
+    /// Length of a window of `time` [s].
     pub window: f64,
-    /// Noise of the channels, where given \[SI\].
+    /// Noise of the channels, where given [SI].
     pub noise: Option<Vec<f64>>,
     /// Most iterations of a search.
     pub max_iterations: u64,
@@ -195,14 +195,14 @@ impl Run {
     }
 }
 
-/// Measured and expected spectrum of a channel: amplitudes of sines \[SI\].
+/// Measured and expected spectrum of a channel: amplitudes of sines [SI].
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Curve {
     /// Name of the channel.
     pub channel: String,
     /// Its unit.
     pub unit: String,
-    /// Frequencies of the bins \[Hz\].
+    /// Frequencies of the bins [Hz].
     pub frequency: Vec<f64>,
     /// Measured amplitude.
     pub measured: Vec<f64>,
@@ -214,14 +214,14 @@ pub struct Curve {
     pub high: Vec<f64>,
 }
 
-/// A signal of the ride and of the model over time \[SI\].
+/// A signal of the ride and of the model over time [SI].
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Trace {
     /// Name of the channel.
     pub channel: String,
     /// Its unit.
     pub unit: String,
-    /// Times \[s\].
+    /// Times [s].
     pub time: Vec<f64>,
     /// Measured.
     pub measured: Vec<f64>,

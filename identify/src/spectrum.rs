@@ -42,16 +42,16 @@ impl Taper {
 /// out, and its own covariance is added where the model is linearised.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Line {
-    /// Frequency \[Hz\].
+    /// Frequency [Hz].
     pub frequency: f64,
 }
 
 /// How a spectrum is taken.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Recipe {
-    /// Length of the moving average that is taken off \[s\].
+    /// Length of the moving average that is taken off [s].
     pub average: f64,
-    /// Lowest and highest frequency \[Hz\].
+    /// Lowest and highest frequency [Hz].
     pub band: (f64, f64),
     /// Weight of the samples.
     pub taper: Taper,
@@ -111,7 +111,7 @@ pub struct Analysis {
 }
 
 impl Analysis {
-    /// For records of `samples` samples, `step` \[s\] apart.
+    /// For records of `samples` samples, `step` [s] apart.
     pub fn new(recipe: &Recipe, step: f64, samples: usize) -> Result<Self> {
         let (duration, (low, high)) = (samples as f64 * step, recipe.band);
         let nyquist = 0.5 / step;
@@ -159,12 +159,12 @@ impl Analysis {
         &self.recipe
     }
 
-    /// Length of the record \[s\].
+    /// Length of the record [s].
     pub fn duration(&self) -> f64 {
         self.samples as f64 * self.step
     }
 
-    /// Frequencies of the bins \[Hz\].
+    /// Frequencies of the bins [Hz].
     pub fn frequencies(&self) -> Vec<f64> {
         self.bins.iter().map(|&k| self.frequency(k)).collect()
     }
@@ -197,14 +197,14 @@ impl Analysis {
         self.bins.iter().map(|&k| all[k]).collect()
     }
 
-    /// From a magnitude [unit/√Hz] to the amplitude of a sine \[unit\] on that bin: the one-sided
+    /// From a magnitude [unit/√Hz] to the amplitude of a sine [unit] on that bin: the one-sided
     /// amplitude spectrum.
     pub fn to_amplitude(&self) -> f64 {
         let gain = self.taper.iter().sum::<f64>() / self.samples as f64;
         2.0 / (self.duration().sqrt() * gain)
     }
 
-    /// Standard deviation of the white noise in `y`, from the bins above `above` \[Hz\]; none where
+    /// Standard deviation of the white noise in `y`, from the bins above `above` [Hz]; none where
     /// the record does not reach there. Always through a Hann window: what the rectangle leaks
     /// from below would be taken for noise.
     pub fn noise(&self, y: &[f64], above: f64) -> Option<f64> {
@@ -220,7 +220,7 @@ impl Analysis {
         (!powers.is_empty()).then(|| (mean / self.step).sqrt())
     }
 
-    /// Amplitude \[unit\] of a sine of `frequency` \[Hz\] in `y`, by least squares on the residual.
+    /// Amplitude [unit] of a sine of `frequency` [Hz] in `y`, by least squares on the residual.
     pub fn line_amplitude(&self, y: &[f64], frequency: f64) -> f64 {
         let z = residual(y, self.window);
         let turn = |i: usize| Complex::from_polar(1.0, -TAU * frequency * self.step * i as f64);
@@ -244,7 +244,7 @@ impl Analysis {
 /// bin k, moving average and taper included, to e^{2πift}. No leakage is left out.
 #[derive(Debug, Clone)]
 pub struct Kernel {
-    /// Frequencies \[Hz\] at which the density is wanted, from 0.
+    /// Frequencies [Hz] at which the density is wanted, from 0.
     pub frequencies: Vec<f64>,
     /// |W_k(f)|² + |W_k(−f)|², times df; bin by bin.
     even: Vec<f64>,

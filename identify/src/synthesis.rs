@@ -13,7 +13,7 @@ use std::f64::consts::TAU;
 /// A sine of steer torque: the slalom as a rider's deterministic effort.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct TorqueLine {
-    /// Frequency \[Hz\].
+    /// Frequency [Hz].
     pub frequency: f64,
     /// Amplitude [N m].
     pub amplitude: f64,
@@ -22,7 +22,7 @@ pub struct TorqueLine {
 /// White noise of the sensors, standard deviations; 0 for a perfect sensor.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct SensorNoise {
-    /// Steer encoder \[rad\].
+    /// Steer encoder [rad].
     pub steer: f64,
     /// Roll and yaw gyroscopes [rad/s].
     pub gyro: f64,
@@ -58,9 +58,9 @@ pub struct Synthesis {
     pub excitation: Excitation,
     /// A deterministic line besides.
     pub line: Option<TorqueLine>,
-    /// Length \[s\].
+    /// Length [s].
     pub duration: f64,
-    /// Samples per second \[Hz\].
+    /// Samples per second [Hz].
     pub rate: f64,
     /// Noise of the sensors.
     pub noise: SensorNoise,
@@ -70,7 +70,7 @@ pub struct Synthesis {
     pub seed: u64,
 }
 
-/// Time the rider rides before the record starts \[s\]: the slowest mode of the nominal bicycle has
+/// Time the rider rides before the record starts [s]: the slowest mode of the nominal bicycle has
 /// died out by e^-16.
 const WARM_UP: f64 = 6.0;
 

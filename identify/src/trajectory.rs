@@ -8,7 +8,7 @@ use std::fmt::Write as _;
 /// The settings in force from a time on.
 #[derive(Debug, Clone)]
 pub struct Settings {
-    /// Time from which they hold \[s\].
+    /// Time from which they hold [s].
     pub from: f64,
     /// The parameters; the `*_start` rows and `internal_step` act at the start only.
     pub parameters: Parameters,
@@ -19,7 +19,7 @@ pub struct Settings {
 /// A native simulation: what the FMU gives, without FMI.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Trajectory {
-    /// Times \[s\].
+    /// Times [s].
     pub time: Vec<f64>,
     /// What was seen there.
     pub output: Vec<Output>,
@@ -27,7 +27,7 @@ pub struct Trajectory {
     pub stop: Option<Stop>,
 }
 
-/// Simulates from 0 to `duration` \[s\], a row every `step` \[s\]. `settings` hold in the order of
+/// Simulates from 0 to `duration` [s], a row every `step` [s]. `settings` hold in the order of
 /// their times, the first from the start; a row at the time of a change shows the outputs before.
 pub fn simulate(
     settings: &[Settings],

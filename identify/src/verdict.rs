@@ -41,16 +41,16 @@ pub struct Estimate {
     pub name: String,
     /// SI unit.
     pub unit: String,
-    /// Estimate \[SI\].
+    /// Estimate [SI].
     pub value: f64,
-    /// Standard error \[SI\]; none where the data leave it infinite or the value is at a bound.
+    /// Standard error [SI]; none where the data leave it infinite or the value is at a bound.
     pub std_error: Option<f64>,
-    /// 95 % interval \[SI\], within the bounds; of the remnant's intensity symmetric in its
+    /// 95 % interval [SI], within the bounds; of the remnant's intensity symmetric in its
     /// logarithm.
     pub interval: Option<(f64, f64)>,
-    /// Lower bound of the search \[SI\].
+    /// Lower bound of the search [SI].
     pub lower: f64,
-    /// Upper bound of the search \[SI\].
+    /// Upper bound of the search [SI].
     pub upper: f64,
     /// Whether the estimate is at one of them.
     pub at_bound: bool,
@@ -120,7 +120,7 @@ fn without(information: &Information, kept: &[usize]) -> Information {
     }
 }
 
-/// Estimates at `values` \[SI\] from what the data know there and, where it could be computed, at
+/// Estimates at `values` [SI] from what the data know there and, where it could be computed, at
 /// the nominal values; and the correlation matrix (0 in rows and columns without a standard
 /// error, 1 on the diagonal).
 pub fn judge(

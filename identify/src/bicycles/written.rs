@@ -212,7 +212,7 @@ fn read_rider(values: BTreeMap<String, Value>) -> Result<Body> {
     rider(mass, height)
 }
 
-/// A rider of `mass` \[kg\] and `height` \[m\], if such people ride.
+/// A rider of `mass` [kg] and `height` [m], if such people ride.
 pub(super) fn rider(mass: f64, height: f64) -> Result<Body> {
     let person = |name: &str, value: f64, min: f64, max: f64, unit: Unit| {
         if (min..=max).contains(&value) {

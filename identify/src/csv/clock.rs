@@ -14,9 +14,9 @@ const ON_GRID: f64 = 1e-3;
 /// The uniform grid of a ride, and how samples come onto it.
 #[derive(Debug)]
 pub(super) struct Clock {
-    /// Time of the first sample \[s\].
+    /// Time of the first sample [s].
     pub(super) start: f64,
-    /// Step \[s\].
+    /// Step [s].
     pub(super) step: f64,
     /// What was done, in words.
     pub(super) notes: Vec<String>,
@@ -33,7 +33,7 @@ enum Samples {
 }
 
 impl Clock {
-    /// A clock that nobody recorded: `len` samples at `rate` \[Hz\] from time 0.
+    /// A clock that nobody recorded: `len` samples at `rate` [Hz] from time 0.
     pub(super) fn steady(rate: f64, len: usize) -> Self {
         let notes = vec![format!("no time column: sampled at {rate} Hz as given")];
         Self {
@@ -44,7 +44,7 @@ impl Clock {
         }
     }
 
-    /// The clock behind the stamps `times` \[s\] in lines `rows` of `file`. A rate given \[Hz\] must
+    /// The clock behind the stamps `times` [s] in lines `rows` of `file`. A rate given [Hz] must
     /// be theirs within 1 %. Jitter is resampled; short
     /// gaps are, if `bridge`, else refused.
     pub(super) fn of(
@@ -179,7 +179,7 @@ fn usual(steps: &[f64]) -> f64 {
     regular.iter().sum::<f64>() / regular.len() as f64
 }
 
-/// The grid of `step` \[s\] over `times`, each point between two of them.
+/// The grid of `step` [s] over `times`, each point between two of them.
 fn between(times: &[f64], step: f64) -> Vec<(usize, f64)> {
     let (start, last) = (times[0], times[times.len() - 1]);
     let len = ((last - start) / step + ON_GRID).floor() as usize + 1;
@@ -195,7 +195,7 @@ fn between(times: &[f64], step: f64) -> Vec<(usize, f64)> {
         .collect()
 }
 
-/// The step \[s\] of a whole number of hertz, or else of nanoseconds, if one lies within `tolerance`
+/// The step [s] of a whole number of hertz, or else of nanoseconds, if one lies within `tolerance`
 /// (relative): what a person would have set.
 fn plain(step: f64, tolerance: f64) -> f64 {
     let hertz = 1.0 / (1.0 / step).round();

@@ -6,17 +6,17 @@ use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 use std::ops::Range;
 
-/// Width of every figure \[px\]: a line of text on A4 paper.
+/// Width of every figure [px]: a line of text on A4 paper.
 pub(super) const WIDTH: u32 = 720;
 /// Units of the backend in a pixel: it knows whole numbers only, too coarse for a thin curve.
 const FINE: f64 = 10.0;
-/// Height of a panel, and of the labels below the last \[px\].
+/// Height of a panel, and of the labels below the last [px].
 pub(super) const PANEL: f64 = 190.0;
 pub(super) const BELOW: f64 = 46.0;
-/// Height of a line of text \[px\], and its size, of which the backend makes pixels over 1.24.
+/// Height of a line of text [px], and its size, of which the backend makes pixels over 1.24.
 pub(super) const LINE: f64 = 20.0;
 const TEXT: f64 = 12.0 * 1.24;
-/// Width of an average letter \[px\]: the backend cannot measure text.
+/// Width of an average letter [px]: the backend cannot measure text.
 const LETTER: f64 = 6.2;
 
 /// The palette of Okabe and Ito (2008), which the colour-blind can tell apart.
@@ -34,7 +34,7 @@ pub(super) type Chart<'a, 'b> =
     ChartContext<'b, SVGBackend<'a>, Cartesian2d<RangedCoordf64, RangedCoordf64>>;
 pub(super) type Drawn<T = ()> = Result<T, DrawingAreaErrorKind<std::io::Error>>;
 
-/// A figure of `height` \[px\].
+/// A figure of `height` [px].
 pub(super) fn svg(height: f64, draw: impl FnOnce(&Area) -> Drawn) -> String {
     let (width, height) = (f64::from(WIDTH), height.round());
     let size = (px(width) as u32, px(height) as u32);
@@ -141,7 +141,7 @@ pub(super) enum Mark {
 }
 
 impl Mark {
-    /// Width of the sample with its distance to the text \[px\].
+    /// Width of the sample with its distance to the text [px].
     pub(super) const WIDTH: f64 = 26.0;
 
     pub(super) fn draw(&self, area: &Area, (x, y): (f64, f64), label: &str) -> Drawn {
@@ -164,7 +164,7 @@ impl Mark {
     }
 }
 
-/// Where the entries of a legend go, left to right and line by line \[px\].
+/// Where the entries of a legend go, left to right and line by line [px].
 fn places(entries: &[(Mark, String)]) -> Vec<(f64, f64)> {
     const LEFT: f64 = 66.0;
     let (mut x, mut y) = (LEFT, 2.0);
@@ -180,7 +180,7 @@ fn places(entries: &[(Mark, String)]) -> Vec<(f64, f64)> {
     entries.iter().map(place).collect()
 }
 
-/// Writes `text` in a line whose upper left corner is `at` \[px\].
+/// Writes `text` in a line whose upper left corner is `at` [px].
 pub(super) fn write(area: &Area, at: (f64, f64), text: &str, colour: RGBColor) -> Drawn {
     let style = ("sans-serif", px(TEXT))
         .into_text_style(area)

@@ -25,7 +25,7 @@ pub(crate) fn check_well_formed(markup: &str) {
     assert_eq!(open, [""; 0]);
 }
 
-/// A course that ends after `steer` \[rad\], sampled every .1 s.
+/// A course that ends after `steer` [rad], sampled every .1 s.
 fn course(nth: usize, steer: Vec<f64>, stop: Option<Stop>) -> Course {
     let case: Case = bicycle::cases::all()[nth];
     let time = (0..steer.len()).map(|i| 0.1 * i as f64).collect();

@@ -8,7 +8,7 @@ use crate::spectrum::{Analysis, Kernel, Recipe};
 use bicycle::Formulation;
 use nalgebra::{Complex, DMatrix, DVector};
 
-/// Above this frequency \[Hz\] a bicycle does not move and a channel is noise.
+/// Above this frequency [Hz] a bicycle does not move and a channel is noise.
 pub const QUIET: f64 = 10.0;
 
 /// One bin of several channels: a Hermitian matrix.
@@ -23,9 +23,9 @@ pub struct Measured {
     pub analysis: Analysis,
     /// Coefficients [unit/√Hz], one vector over the channels a bin.
     pub coefficients: Vec<DVector<Complex<f64>>>,
-    /// Standard deviation of each channel's white noise \[SI\].
+    /// Standard deviation of each channel's white noise [SI].
     pub noise: Vec<f64>,
-    /// Step of the record \[s\].
+    /// Step of the record [s].
     pub step: f64,
     /// Mean speed [m/s].
     pub speed: f64,
@@ -37,7 +37,7 @@ pub struct Measured {
 
 impl Measured {
     /// The spectrum of `channels` of `ride`, which moves at `speed` [m/s] where it does not say.
-    /// `noise` \[SI\] overrides what the bins above [`QUIET`] say.
+    /// `noise` [SI] overrides what the bins above [`QUIET`] say.
     pub fn new(
         ride: &Ride,
         channels: &[&'static str],

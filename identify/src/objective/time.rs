@@ -20,7 +20,7 @@ use num_dual::DualSVec64;
 const STATES: usize = State::LEN;
 /// Directions differentiated in one pass.
 const LANES: usize = 12;
-/// Longest step of the replay \[s\]: 1e-3 rad at worst over whole rides, far less in a window.
+/// Longest step of the replay [s]: 1e-3 rad at worst over whole rides, far less in a window.
 const STEP: f64 = 2.5e-3;
 /// Growth of a start's error over a window, as exponent, beyond which windows are refused.
 const GROWTH: f64 = 1.5;
@@ -32,7 +32,7 @@ pub struct Time {
     pub unknowns: Unknowns,
     /// Names of the channels.
     pub channels: Vec<&'static str>,
-    /// Standard deviation of each channel's noise \[SI\].
+    /// Standard deviation of each channel's noise [SI].
     pub noise: Vec<f64>,
     formulation: Formulation,
     law_in_loop: bool,
@@ -55,12 +55,12 @@ pub struct Replay {
     pub channel: String,
     /// Variance accounted for, 1 − var(residual)/var(measured).
     pub variance_accounted_for: f64,
-    /// Residual, rms \[SI\].
+    /// Residual, rms [SI].
     pub residual_rms: f64,
 }
 
 impl Time {
-    /// The windows of `window` \[s\] of a ride whose `steer_torque` was recorded: the whole torque
+    /// The windows of `window` [s] of a ride whose `steer_torque` was recorded: the whole torque
     /// of the rider, or, with `law_in_loop`, what acts besides a steering law closed on the
     /// simulated state.
     pub fn new(

@@ -38,13 +38,13 @@ pub(super) fn exact(value: f64) -> String {
     format!("{}", digits + 0.0).replace('-', "−")
 }
 
-/// A given value \[SI\] with its unit.
+/// A given value [SI] with its unit.
 pub(super) fn exact_with_unit(value: f64, unit: &str) -> String {
     let (factor, symbol) = shown(unit);
     join(&exact(factor * value), &symbol)
 }
 
-/// A value \[SI\] of a channel or row with its unit, to `digits` significant digits.
+/// A value [SI] of a channel or row with its unit, to `digits` significant digits.
 pub(super) fn with_unit(value: f64, unit: &str, digits: i32) -> String {
     let (factor, symbol) = shown(unit);
     join(&significant(factor * value, digits), &symbol)

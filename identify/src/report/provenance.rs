@@ -65,7 +65,7 @@ pub(super) fn provenance(run: &Run) -> String {
     text + &table("values", &heads, &rows)
 }
 
-/// The row of a parameter, if `value` \[SI\] differs from the nominal one.
+/// The row of a parameter, if `value` [SI] differs from the nominal one.
 fn changed(name: &str, value: f64) -> Option<(String, Vec<String>)> {
     let Free { row, .. } = Free::new(name)
         .ok()

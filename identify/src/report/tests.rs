@@ -222,6 +222,11 @@ fn advice_names_the_channel_that_is_missing() {
         "there is no further channel"
     );
 
+    let mut far = judged(Objective::Time, &["steer", "roll_rate"], &all);
+    far.misfit = 50.0;
+    assert!(said(&far).contains("look at signs, speed, bicycle and formulation first"));
+    assert!(said(&far).contains("Yaw rate recorded besides, a longer or livelier ride"));
+
     let mut bound = judged(Objective::Whittle, &THREE, &[("trail", NotDetermined)]);
     bound.parameters[0].at_bound = true;
     assert!(said(&bound).contains("ended at a bound of trail"));
@@ -288,7 +293,7 @@ fn a_model_that_does_not_fit_is_not_praised() {
         )
     );
     assert!(headline.ends_with("The search did not converge: stopped after 3 iterations."));
-    assert!(misfit(&fit).contains("between 0.80 and 1.20") && misfit(&fit).contains("far above"));
+    assert!(misfit(&fit).contains("between 0.80 and 1.20") && misfit(&fit).contains("well above"));
 }
 
 #[test]

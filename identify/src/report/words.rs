@@ -12,26 +12,56 @@ pub fn advice(fit: &Fit) -> Option<String> {
     if lost.is_empty() {
         return None;
     }
-    let names = |list: &[&Estimate]| join(list.iter().map(|p| p.name.as_str()));
     let mut sentences = vec![format!("{} not determine {}.", subject(fit), names(&lost))];
-    let part = |kind: fn(&str) -> bool| -> Vec<&Estimate> {
-        lost.iter().copied().filter(|p| kind(&p.name)).collect()
-    };
-    let (tyres, pair) = (part(tyre), part(friction));
+    if Reading::of(fit) == Reading::Unexplained {
+        sentences.push(
+            "As long as the model does not explain the ride, more of it does not help: look at \
+             signs, speed, bicycle and formulation first."
+                .into(),
+        );
+    }
+    sentences.extend(channels(fit, &lost));
+    let bound: Vec<&Estimate> = lost.iter().copied().filter(|p| p.at_bound).collect();
+    if !bound.is_empty() {
+        sentences.push(format!(
+            "The search ended at a bound of {}, which is no estimate.",
+            names(&bound)
+        ));
+    }
+    let others = of(&lost, |name| {
+        !tyre(name) && !friction(name) && name != DAMPING
+    });
+    if !others.is_empty() {
+        sentences.push(format!(
+            "Where {} can be measured directly, hold it at that value.",
+            names(&others)
+        ));
+    }
+    Some(sentences.join(" "))
+}
+
+/// What further channels and rides would tell of the `lost` parameters.
+fn channels(fit: &Fit, lost: &[&Estimate]) -> Vec<String> {
+    let (tyres, pair) = (of(lost, tyre), of(lost, friction));
+    let mut sentences = Vec::new();
+    let recorded = |name: &&&str| fit.channels.iter().any(|c| c == **name);
+    let missing = ["roll_rate", "yaw_rate"];
+    let missing: Vec<&&str> = missing.iter().filter(|name| !recorded(name)).collect();
+    let missing_words = join(missing.iter().map(|name| words(name)));
     if fit.objective == Objective::Time {
-        sentences.push("A longer ride, a livelier one or quieter sensors would help.".into());
+        let besides = match missing[..] {
+            [] => String::new(),
+            _ => format!("{missing_words} recorded besides, "),
+        };
+        sentences.push(capitalised(&format!(
+            "{besides}a longer or livelier ride or quieter sensors would help."
+        )));
     } else {
-        let recorded = |name: &&&str| fit.channels.iter().any(|c| c == **name);
-        let missing: Vec<&str> = ["roll_rate", "yaw_rate"]
-            .iter()
-            .filter(|name| !recorded(name))
-            .copied()
-            .collect();
         if !tyres.is_empty() && !missing.is_empty() {
-            let channels = capitalised(&join(missing.iter().map(|name| words(name))));
             sentences.push(format!(
-                "{channels} recorded besides would determine the tyres ({}), given a \
-                 ride long enough.",
+                "{} recorded besides would determine the tyres ({}), given a ride \
+                 long enough.",
+                capitalised(&missing_words),
                 names(&tyres)
             ));
         } else if !tyres.is_empty() && fit.objective == Objective::Amplitude {
@@ -41,7 +71,7 @@ pub fn advice(fit: &Fit) -> Option<String> {
                 names(&tyres)
             ));
         }
-        let torque = part(|name| tyre(name) || friction(name) || name == DAMPING);
+        let torque = of(lost, |name| tyre(name) || friction(name) || name == DAMPING);
         if !torque.is_empty() {
             let all = if pair.len() == 2 && tyres.len() == 2 {
                 "all four".into()
@@ -64,21 +94,17 @@ pub fn advice(fit: &Fit) -> Option<String> {
             sentences.push("More rides narrow effective_damping slowly.".into());
         }
     }
-    let bound: Vec<&Estimate> = lost.iter().copied().filter(|p| p.at_bound).collect();
-    if !bound.is_empty() {
-        sentences.push(format!(
-            "The search ended at a bound of {}, which is no estimate.",
-            names(&bound)
-        ));
-    }
-    let others = part(|name| !tyre(name) && !friction(name) && name != DAMPING);
-    if !others.is_empty() {
-        sentences.push(format!(
-            "Where {} can be measured directly, hold it at that value.",
-            names(&others)
-        ));
-    }
-    Some(sentences.join(" "))
+    sentences
+}
+
+/// Those of `estimates` whose name is of a kind.
+fn of<'a>(estimates: &[&'a Estimate], kind: fn(&str) -> bool) -> Vec<&'a Estimate> {
+    let of_kind = estimates.iter().copied().filter(|p| kind(&p.name));
+    of_kind.collect()
+}
+
+fn names(estimates: &[&Estimate]) -> String {
+    join(estimates.iter().map(|p| p.name.as_str()))
 }
 
 const DAMPING: &str = "effective_damping";
@@ -239,7 +265,7 @@ pub(super) fn misfit(fit: &Fit) -> String {
              is a little too small; the standard errors are somewhat too narrow."
         }
         Reading::Unexplained => {
-            "This fit lies far above: the model does not describe the ride. The estimates are \
+            "This fit lies well above: the model does not describe the ride. The estimates are \
              those of its nearest bicycle; their standard errors say how sharp that nearest \
              point is, not how close it is to the truth."
         }
@@ -265,7 +291,7 @@ pub(super) fn work(fit: &Fit) -> String {
     };
     format!(
         "The search took {}{passes}, {} of the cost and {} of gradient and curvature, and ended: \
-         {}. Least cost {}, {}.",
+         {}. Least cost {} ({}).",
         count(work.iterations, "iteration"),
         count(work.cost_evaluations, "evaluation"),
         work.curvature_evaluations,

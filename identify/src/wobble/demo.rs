@@ -16,7 +16,7 @@ use identify::{figure, file, report};
 use serde_json::json;
 use std::path::{Path, PathBuf};
 
-/// Load of the loaded rides \[kg\].
+/// Load of the loaded rides [kg].
 const LOAD: f64 = 20.0;
 /// Cones 1 m apart are passed alternately at 8 km/h: a sine of V/(2 · 1 m); its torque is assumed.
 const SLALOM: TorqueLine = TorqueLine {
@@ -174,7 +174,7 @@ fn fit(ridden: &Ridden) -> Result<(Run, String)> {
         times: None,
         notes: ride.notes.clone(),
     };
-    let run = fitting::run(&ride, &plan, &ridden.bicycle, source, 1)?;
+    let run = fitting::run(&ride, &plan, &ridden.bicycle, source, 1000)?;
     let html = report::html(&run, &ride)?;
     Ok((run, html))
 }

@@ -53,8 +53,8 @@ pub struct Fit {
     /// Most iterations of a search
     #[arg(long, default_value_t = 100)]
     max_iterations: u64,
-    /// Seed of the simulated ride in the report
-    #[arg(long, default_value_t = 1)]
+    /// Seed of the simulated ride in the report: another than that of any ride to be fitted
+    #[arg(long, default_value_t = 1000)]
     seed: u64,
     /// Report to write besides, HTML
     #[arg(long, value_name = "FILE")]
