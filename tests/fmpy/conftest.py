@@ -6,6 +6,7 @@ WOBBLE  the program, which simulates the same bicycle without FMI
 """
 
 import csv
+import json
 import os
 import subprocess
 from pathlib import Path
@@ -63,3 +64,16 @@ def native():
         return dict(zip(names, columns, strict=True))
 
     return run
+
+
+@pytest.fixture(scope="session")
+def falling():
+    """Start values of a fall: the calibrated set with the paper's start and its negative trail."""
+    program = from_environment("WOBBLE")
+    start = ["trail=-0.035", "roll_start=-5deg", "steer_start=1deg", "yaw_rate_start=2"]
+    command = [program, "parameters", "--bicycle", "section3", "--json"]
+    for setting in start:
+        command += ["--set", setting]
+    output = subprocess.run(command, check=True, capture_output=True, text=True)
+    rows = json.loads(output.stdout)
+    return {row["name"]: row["value"] for row in rows if row["kind"].endswith("parameter")}

@@ -9,32 +9,6 @@ import pytest
 # From somewhere that is not upright and straight.
 ASLANT = {"roll_start": 0.05, "steer_start": -0.02, "yaw_rate_start": 0.1, "rear_load": 12.5}
 
-# The set calibrated to the paper's claims, with Table 2's start and a negative trail.
-FALLING = {
-    "total_mass": 73.2169,
-    "cog_to_rear": 0.52,
-    "cog_height": 0.96028,
-    "roll_inertia": 14.52883 + 73.2169 * 0.96028**2,
-    "yaw_inertia": 8.8278 + 73.2169 * 0.52**2,
-    "cross_inertia": -3.027 + 73.2169 * 0.52 * 0.96028,
-    "front_wheel_mass": 3.12065,
-    "front_wheel_inertia": 0.0827,
-    "rear_wheel_inertia": 0.14297,
-    "steer_inertia": 0.15142,
-    "viscous_friction": 0.48866,
-    "coulomb_friction": 0.17037,
-    "cornering_stiffness": 6.47596,
-    "camber_stiffness": 0.96524,
-    "rider_roll_gain": 190.81949,
-    "rider_roll_rate_gain": 117.89524,
-    "rider_steer_gain": 0.0,
-    "rider_steer_rate_gain": 0.0,
-    "roll_start": math.radians(-5),
-    "steer_start": math.radians(1),
-    "yaw_rate_start": 2.0,
-    "trail": -0.035,
-}
-
 
 def outputs(description):
     return [v.name for v in description.modelVariables if v.causality == "output"]
@@ -86,16 +60,16 @@ def test_speed_changes_midway(fmu, description, native):
     assert result["x"][-1] > unchanged["x"][-1] + 5.0
 
 
-def test_parameters_through_start_values(fmu, description, native):
-    upright = FALLING | {"trail": 0.13}
+def test_parameters_through_start_values(fmu, description, native, falling):
+    upright = falling | {"trail": 0.13}
     result = simulate(fmu, description, 0.005, 5.0, upright)
     assert_equal(result, native(0.005, 5.0, upright), outputs(description))
     assert result["time"][-1] == 5.0
 
 
-def test_steer_limit_ends_the_simulation(fmu, description, native):
-    result = simulate(fmu, description, 0.005, 5.0, FALLING)
-    expected = native(0.005, 5.0, FALLING)
+def test_steer_limit_ends_the_simulation(fmu, description, native, falling):
+    result = simulate(fmu, description, 0.005, 5.0, falling)
+    expected = native(0.005, 5.0, falling)
     assert_equal(result, expected, outputs(description))
     assert result["time"][-1] < 1.0
     # The event is located to the last bit of the step, where steer passes 85°.

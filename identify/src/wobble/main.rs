@@ -67,7 +67,7 @@ fn main() -> ExitCode {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) if output::is_closed_pipe(&error) => ExitCode::SUCCESS,
         Err(error) => {
-            eprintln!("wobble: {error:#}");
+            eprintln!("wobble: {}", output::words(&error));
             let typed = error.downcast_ref::<Error>().is_some_and(Error::is_typed);
             ExitCode::from(if typed { 2 } else { 1 })
         }

@@ -43,6 +43,19 @@ impl Output {
     }
 }
 
+/// An error and its causes in one line, each fact once: some errors already quote their cause.
+pub fn words(error: &anyhow::Error) -> String {
+    let mut words = String::new();
+    for cause in error.chain().map(ToString::to_string) {
+        if words.is_empty() {
+            words = cause;
+        } else if !words.contains(&cause) {
+            words = format!("{words}: {cause}");
+        }
+    }
+    words
+}
+
 /// Whether the reader of stdout has gone: no failure of ours.
 pub fn is_closed_pipe(error: &anyhow::Error) -> bool {
     error
