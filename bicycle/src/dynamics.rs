@@ -7,7 +7,7 @@ use crate::mass::{self, Lumps};
 use crate::parameters::Parameters;
 use crate::real::{Real, sign};
 use crate::rider;
-use crate::state::{Input, Output, Path, State};
+use crate::state::{Derived, Input, Output, Path, State};
 use crate::tyre;
 
 /// Which reading of the paper's equations is meant.
@@ -99,6 +99,19 @@ impl<T: Real> Bicycle<T> {
             cos_caster,
             fork_offset: p.front_wheel_radius * sin_caster - p.trail * cos_caster,
             steering_inertia,
+        }
+    }
+
+    /// What follows from the parameters alone.
+    pub fn derived(&self) -> Derived<T> {
+        Derived {
+            fork_offset: self.fork_offset,
+            loaded_mass: self.lumps.total_mass,
+            loaded_cog_to_rear: self.lumps.cog_to_rear,
+            loaded_cog_height: self.lumps.cog_height,
+            loaded_roll_inertia: self.lumps.roll_inertia,
+            loaded_yaw_inertia: self.lumps.yaw_inertia,
+            loaded_cross_inertia: self.lumps.cross_inertia,
         }
     }
 }

@@ -35,4 +35,4 @@ pub use dynamics::{Bicycle, Formulation};
 pub use parameters::{Excitation, Parameters};
 pub use quantity::{Quantity, Unit, Variability};
 pub use real::Real;
-pub use state::{Input, Output, Path, State};
+pub use state::{Derived, Input, Output, Path, State};

@@ -208,17 +208,24 @@ impl Simulation {
 
     /// Sets the tunable parameters from here on; fixed rows keep the values they started with.
     pub fn set_parameters(&mut self, parameters: &Parameters) -> Result<(), Refusal> {
+        self.set(parameters, self.input)
+    }
+
+    /// Sets tunable parameters and inputs at once, refused or taken together.
+    pub fn set(&mut self, parameters: &Parameters, input: Input) -> Result<(), Refusal> {
         let (old, new) = (self.bicycle.p.to_array(), parameters.to_array());
         let values = std::array::from_fn(|i| match Parameters::TABLE[i].variability {
             Variability::Fixed => old[i],
             Variability::Tunable | Variability::Continuous => new[i],
         });
-        if bits(&values) != bits(&old) {
-            let bicycle = Bicycle::new(&Parameters::from_array(values), self.bicycle.formulation);
-            check(&bicycle, &self.input)?;
-            self.bicycle = bicycle;
-            self.settle();
+        if bits(&values) == bits(&old) {
+            return self.set_input(input);
         }
+        let bicycle = Bicycle::new(&Parameters::from_array(values), self.bicycle.formulation);
+        check(&bicycle, &input)?;
+        self.bicycle = bicycle;
+        self.input = input;
+        self.settle();
         Ok(())
     }
 

@@ -65,3 +65,17 @@ rows! {
         roll_acceleration: "φ̈" RAD_PER_S2 = 0.0, in [-FREE, FREE], "Roll acceleration, right positive", "paper, (8)";
     }
 }
+
+rows! {
+    /// What follows from the parameters alone: geometry, and bicycle, rider and load as one.
+    Derived;
+    Tunable {
+        fork_offset: "f" M = 0.0, in [-FREE, FREE], "Fork offset", "r_f sin λ − L_3 cos λ";
+        loaded_mass: "M + m_l" KG = 0.0, in [-FREE, FREE], "Mass of bicycle, rider and load", "composition";
+        loaded_cog_to_rear: "L_1" M = 0.0, in [-FREE, FREE], "Centre of mass with the load, forward of the rear contact", "composition";
+        loaded_cog_height: "h" M = 0.0, in [-FREE, FREE], "Centre of mass with the load above the ground", "composition";
+        loaded_roll_inertia: "I_xx" KG_M2 = 0.0, in [-FREE, FREE], "Roll inertia with the load about the rear contact", "composition";
+        loaded_yaw_inertia: "I_zz" KG_M2 = 0.0, in [-FREE, FREE], "Yaw inertia with the load about the rear contact", "composition";
+        loaded_cross_inertia: "I_xz" KG_M2 = 0.0, in [-FREE, FREE], "Product of inertia with the load about the rear contact", "composition";
+    }
+}

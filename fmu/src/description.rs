@@ -143,6 +143,9 @@ fn variable(row: Row) -> ScalarVariable {
             Variability::Continuous,
             true,
         ),
+        (Row::Derived(_), Some(quantity)) => {
+            real(row, quantity, Causality::Local, Variability::Tunable, false)
+        }
         (_, Some(quantity)) => real(
             row,
             quantity,

@@ -3,7 +3,7 @@
 use crate::description::{description, formulation_of, formulation_value};
 use crate::row::Row;
 use bicycle::simulate::{Refusal, Simulation};
-use bicycle::{Formulation, Input, Output, Parameters};
+use bicycle::{Bicycle, Formulation, Input, Output, Parameters};
 use fmi_export::{Experiment, Flow, Model, Value};
 use model_description::ModelDescription;
 use std::cell::OnceCell;
@@ -35,9 +35,8 @@ impl RearLoadBicycle {
         let mut simulation = self.simulation.clone().ok_or("not initialised")?;
         let refuse = |refusal: Refusal| refusal.to_string();
         simulation
-            .set_parameters(&self.parameters)
+            .set(&self.parameters, self.input)
             .map_err(refuse)?;
-        simulation.set_input(self.input).map_err(refuse)?;
         Ok(simulation)
     }
 
@@ -76,6 +75,9 @@ impl Model for RearLoadBicycle {
             Row::Formulation => return Value::Integer(formulation_value(self.formulation)),
             Row::Input(row) => self.input.get(row),
             Row::Output(row) => self.output.get_or_init(|| self.compute_output()).get(row),
+            Row::Derived(row) => Bicycle::new(&self.parameters, self.formulation)
+                .derived()
+                .get(row),
             Row::Time => self.simulation.as_ref().map_or(0.0, Simulation::time),
         })
     }

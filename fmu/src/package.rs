@@ -97,6 +97,10 @@ fn documentation() -> String {
             "<!-- outputs -->",
             &rows(|row| matches!(row, Row::Output(_))),
         )
+        .replace(
+            "<!-- locals -->",
+            &rows(|row| matches!(row, Row::Derived(_))),
+        )
         .replace("<!-- formulations -->", &formulations.join("\n"))
 }
 

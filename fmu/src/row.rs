@@ -1,6 +1,6 @@
 //! One numbering for all variables: the value references.
 
-use bicycle::{Input, Output, Parameters, Quantity};
+use bicycle::{Derived, Input, Output, Parameters, Quantity};
 
 /// A variable of the FMU.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -13,6 +13,8 @@ pub(crate) enum Row {
     Input(usize),
     /// A row of the output table.
     Output(usize),
+    /// A row of the table of derived quantities, a local variable.
+    Derived(usize),
     /// Time.
     Time,
 }
@@ -20,7 +22,8 @@ pub(crate) enum Row {
 const FORMULATION: usize = Parameters::LEN;
 const INPUTS: usize = FORMULATION + 1;
 const OUTPUTS: usize = INPUTS + Input::LEN;
-const TIME: usize = OUTPUTS + Output::LEN;
+const DERIVED: usize = OUTPUTS + Output::LEN;
+const TIME: usize = DERIVED + Derived::LEN;
 
 impl Row {
     /// Number of rows.
@@ -37,7 +40,8 @@ impl Row {
             row @ ..FORMULATION => Self::Parameter(row),
             FORMULATION => Self::Formulation,
             row @ INPUTS..OUTPUTS => Self::Input(row - INPUTS),
-            row @ OUTPUTS..TIME => Self::Output(row - OUTPUTS),
+            row @ OUTPUTS..DERIVED => Self::Output(row - OUTPUTS),
+            row @ DERIVED..TIME => Self::Derived(row - DERIVED),
             _ => Self::Time,
         }
     }
@@ -49,6 +53,7 @@ impl Row {
             Self::Formulation => FORMULATION,
             Self::Input(row) => INPUTS + row,
             Self::Output(row) => OUTPUTS + row,
+            Self::Derived(row) => DERIVED + row,
             Self::Time => TIME,
         };
         row as u32
@@ -65,6 +70,7 @@ impl Row {
             Self::Parameter(row) => Some(&Parameters::TABLE[row]),
             Self::Input(row) => Some(&Input::TABLE[row]),
             Self::Output(row) => Some(&Output::TABLE[row]),
+            Self::Derived(row) => Some(&Derived::TABLE[row]),
             Self::Formulation | Self::Time => None,
         }
     }

@@ -430,7 +430,10 @@ fn fit_time(problem: &Time, plan: &Plan, progress: &dyn Fn(&str)) -> Result<Fit>
     progress("searching");
     let (outcome, work) = search(problem, free, start, plan, 1e-5)?;
     // each window's initial state and each free parameter explains one observation
-    let freedom = problem.observations().saturating_sub(outcome.point.len()).max(1);
+    let freedom = problem
+        .observations()
+        .saturating_sub(outcome.point.len())
+        .max(1);
     let misfit = 2.0 * outcome.cost / freedom as f64;
     let replays = problem.replays(&outcome.point);
     let judged = judge_at(free, outcome, work, misfit, |z| problem.information(z))?;

@@ -44,6 +44,7 @@ struct Ridden {
 
 impl Demo {
     pub fn run(&self) -> Result<()> {
+        let library = fmu::built_library()?;
         let progress = Progress::new();
         let mut written = Vec::new();
 
@@ -51,7 +52,7 @@ impl Demo {
         let fmu = self.out.join("RearLoadBicycle.fmu");
         std::fs::create_dir_all(self.out.join("rides"))
             .with_context(|| format!("{}: cannot be made", self.out.display()))?;
-        fmu::pack(&fmu::built_library()?, &fmu)?;
+        fmu::pack(&library, &fmu)?;
         written.push((fmu, "the bicycle as an FMI 2.0 co-simulation FMU"));
 
         progress.say("running the nine cases");
