@@ -1,7 +1,7 @@
 //! The packed FMU, loaded by fmi-import, against the native bicycle: equal to the last bit.
 
 use bicycle::simulate::{Simulation, Stop};
-use bicycle::{Formulation, Input, Output, Parameters, Quantity, cases};
+use bicycle::{Bicycle, Derived, Formulation, Input, Output, Parameters, Quantity, cases};
 use fmi_import::{Error, Fmu, Instance, Plan, Status, Step, Value, simulate};
 use tempfile::TempDir;
 
@@ -377,4 +377,25 @@ fn instances_in_threads_do_not_meet() {
             });
         }
     });
+}
+
+#[test]
+fn locals_follow_the_load_dropped_under_way() {
+    let (_folder, fmu) = packed();
+    let locals = references(&fmu, Derived::TABLE);
+    let mut pair = Pair::new(&fmu, &aslant(), Formulation::Repaired);
+    let mut found = [0.0; Derived::LEN];
+    for rear_load in [12.5, 0.0] {
+        let parameters = Parameters {
+            rear_load,
+            ..aslant()
+        };
+        let row = pair.parameters[Parameters::index("rear_load").expect("a row")];
+        pair.instance
+            .set_real(&[row], &[rear_load])
+            .expect("tunable");
+        pair.instance.get_real(&locals, &mut found).expect("read");
+        let expected = Bicycle::new(&parameters, Formulation::Repaired).derived();
+        assert_eq!(found, expected.to_array());
+    }
 }

@@ -1,17 +1,18 @@
 //! What the rows of the tables promise.
 
 use bicycle::quantity::UNITS;
-use bicycle::{Excitation, Input, Output, Parameters, Path, Quantity, State, Variability};
+use bicycle::{Derived, Excitation, Input, Output, Parameters, Path, Quantity, State, Variability};
 use std::collections::HashSet;
 
 /// The tables whose rows a user meets, each name once.
-fn tables() -> [&'static [Quantity]; 5] {
+fn tables() -> [&'static [Quantity]; 6] {
     [
         Parameters::TABLE,
         Excitation::TABLE,
         State::TABLE,
         Path::TABLE,
         Input::TABLE,
+        Derived::TABLE,
     ]
 }
 
