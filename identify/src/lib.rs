@@ -13,6 +13,7 @@ pub mod free;
 pub mod inspect;
 pub mod map;
 pub mod objective;
+pub mod plan;
 pub mod report;
 pub mod ride;
 pub mod run;

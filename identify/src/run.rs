@@ -1,15 +1,16 @@
 //! A run on record: `fit.json` holds all that is needed to make the fit again, and its result.
 
 use crate::error::{Error, Result};
-use crate::fit::{Fit, Plan};
+use crate::file;
+use crate::fit::Fit;
 use crate::free::{Candidate, Free};
 use crate::objective::Objective;
 use crate::objective::spectral::{Measured, Spectral};
 use crate::objective::time::Time;
+use crate::plan::{self, Plan};
 use crate::ride::Ride;
 use crate::spectrum::{Recipe, residual};
 use crate::synthesis::{SensorNoise, Synthesis};
-use crate::{file, fit};
 use bicycle::{Excitation, Formulation, Input, Parameters, Quantity};
 use nalgebra::DVector;
 use serde::{Deserialize, Serialize};
@@ -234,7 +235,7 @@ impl Run {
     /// Spectra of a ride beside those of the fitted model; none for `time`.
     pub fn curves(&self, ride: &Ride) -> Result<Vec<Curve>> {
         let plan = self.plan()?;
-        let resolved = fit::resolve(ride, &plan)?;
+        let resolved = plan::resolve(ride, &plan)?;
         if resolved.objective == Objective::Time {
             return Ok(Vec::new());
         }
@@ -289,7 +290,7 @@ impl Run {
     /// of the moving average beside that of a seeded ride (empty where the fitted bicycle falls).
     pub fn traces(&self, ride: &Ride) -> Result<Vec<Trace>> {
         let plan = self.plan()?;
-        let resolved = fit::resolve(ride, &plan)?;
+        let resolved = plan::resolve(ride, &plan)?;
         let time: Vec<f64> = (0..ride.len()).map(|i| ride.time(i)).collect();
         let unit =
             |channel: &str| crate::ride::quantity(channel).map(|row| row.unit.symbol.to_owned());

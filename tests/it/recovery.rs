@@ -5,9 +5,10 @@
 //! internal step of the fits' tables, other seeds and sensor noise.
 
 use bicycle::{Excitation, Parameters};
-use identify::fit::{Fit, Plan, fit};
+use identify::fit::{Fit, fit};
 use identify::free::{ALL, Free};
 use identify::objective::Objective;
+use identify::plan::Plan;
 use identify::ride::Ride;
 use identify::synthesis::{SensorNoise, Synthesis};
 use identify::verdict::Verdict;

@@ -4,9 +4,9 @@ use super::markup::{cell, escape, paragraph, symbol, table};
 use super::number::{exact, exact_with_unit};
 use super::words::words;
 use crate::figure::shown;
-use crate::fit::Plan;
 use crate::free::Free;
 use crate::objective::Objective;
+use crate::plan::Plan;
 use crate::run::Run;
 use std::fmt::Write as _;
 

@@ -2,8 +2,9 @@
 use super::words::{Reading, scatter};
 use super::*;
 use crate::figure::tests::check_well_formed;
-use crate::fit::{Plan, Work, fit};
+use crate::fit::{Work, fit};
 use crate::free::ALL;
+use crate::plan::Plan;
 use crate::run::Source;
 use crate::spectrum::{Line, Recipe};
 use crate::synthesis::Synthesis;

@@ -8,7 +8,7 @@ use bicycle::{Excitation, cases};
 use clap::Args;
 use identify::bicycles::{Bicycle, Changes};
 use identify::csv::Import;
-use identify::fit::Plan;
+use identify::plan::Plan;
 use identify::run::{Run, Source};
 use identify::spectrum::{Line, Recipe};
 use identify::synthesis::{Synthesis, TorqueLine};

@@ -1,0 +1,148 @@
+//! What is asked of a fit, and what it means for a ride.
+
+use crate::error::{Error, Result};
+use crate::free::{ALL, Candidate, Free};
+use crate::objective::{Objective, Unknowns};
+use crate::ride::Ride;
+use crate::spectrum::{Recipe, Taper};
+use bicycle::{Excitation, Formulation, Parameters};
+
+/// What is asked of a fit. `None` leaves the choice to what the ride has recorded.
+#[derive(Debug, Clone)]
+pub struct Plan {
+    /// The bicycle; free parameters start at its values.
+    pub parameters: Parameters,
+    /// How the equations are read.
+    pub formulation: Formulation,
+    /// Speed [m/s] where the ride does not record it.
+    pub speed: f64,
+    /// What drives an unmeasured torque; intensity and effective damping are where they start.
+    pub excitation: Excitation,
+    /// The objective.
+    pub objective: Option<Objective>,
+    /// Names of the channels.
+    pub channels: Option<Vec<&'static str>>,
+    /// The free parameters.
+    pub free: Option<Vec<Free>>,
+    /// How spectra are taken; the taper follows from the number of channels.
+    pub recipe: Recipe,
+    /// Length of a window of the `time` objective [s].
+    pub window: f64,
+    /// Standard deviation of the noise of each channel [SI]; else estimated above 10 Hz.
+    pub noise: Option<Vec<f64>>,
+    /// Most iterations of a search.
+    pub max_iterations: u64,
+}
+
+impl Default for Plan {
+    fn default() -> Self {
+        Self {
+            parameters: Parameters::default(),
+            formulation: Formulation::default(),
+            speed: bicycle::Input::default().speed,
+            excitation: Excitation {
+                remnant_intensity: 1.0,
+                ..Excitation::default()
+            },
+            objective: None,
+            channels: None,
+            free: None,
+            recipe: Recipe::default(),
+            window: 0.5,
+            noise: None,
+            max_iterations: 100,
+        }
+    }
+}
+
+/// The channels that spectra look at, in the order of the likelihood.
+const SPECTRAL: [&str; 3] = ["steer", "roll_rate", "yaw_rate"];
+
+/// What a plan means for a ride: every choice made.
+pub struct Resolved {
+    /// The objective.
+    pub objective: Objective,
+    /// The channels.
+    pub channels: Vec<&'static str>,
+    /// What is sought.
+    pub unknowns: Unknowns,
+    /// How spectra are taken.
+    pub recipe: Recipe,
+}
+
+/// Makes the choices a plan leaves open. With the torque recorded: `time`, all four parameters.
+/// Without: `whittle` where roll and yaw rate are recorded, else `amplitude` of the steering; of
+/// the friction then only the effective damping is sought.
+pub fn resolve(ride: &Ride, plan: &Plan) -> Result<Resolved> {
+    let has = |name: &&&'static str| ride.has(name);
+    let three = SPECTRAL.iter().all(|name| ride.has(name));
+    let objective = plan
+        .objective
+        .unwrap_or(match (ride.has("steer_torque"), three) {
+            (true, _) => Objective::Time,
+            (false, true) => Objective::Whittle,
+            (false, false) => Objective::Amplitude,
+        });
+    let channels = plan.channels.clone().unwrap_or_else(|| match objective {
+        Objective::Amplitude => vec!["steer"],
+        Objective::Whittle | Objective::Time => SPECTRAL.iter().filter(has).copied().collect(),
+    });
+    for channel in &channels {
+        ride.channel(channel)?;
+    }
+    let mut free = if let Some(free) = &plan.free {
+        free.clone()
+    } else {
+        let names: &[&str] = match (objective, channels.len()) {
+            (Objective::Time, _) => &ALL,
+            (_, 3..) => &[
+                "cornering_stiffness",
+                "camber_stiffness",
+                "effective_damping",
+            ],
+            _ => &["effective_damping"],
+        };
+        names
+            .iter()
+            .map(|name| Free::new(name))
+            .collect::<Result<_>>()?
+    };
+    if objective != Objective::Time && !free.iter().any(Free::nuisance) {
+        free.push(Free::new("remnant_intensity")?);
+    }
+    check_friction(&free, objective)?;
+    let taper = if channels.len() > 1 {
+        Taper::Hann
+    } else {
+        Taper::Rectangle
+    };
+    let start = Candidate {
+        parameters: plan.parameters,
+        excitation: plan.excitation,
+    };
+    Ok(Resolved {
+        objective,
+        channels,
+        unknowns: Unknowns { free, start },
+        recipe: Recipe {
+            taper,
+            ..plan.recipe.clone()
+        },
+    })
+}
+
+/// Effective damping stands for viscous and Coulomb friction together: never both.
+fn check_friction(free: &[Free], objective: Objective) -> Result<()> {
+    let has = |name: &str| free.iter().any(|f| f.row.name == name);
+    for part in ["viscous_friction", "coulomb_friction"] {
+        if has("effective_damping") && has(part) {
+            return Err(Error::NoInfluence {
+                name: part.into(),
+                objective: objective.name(),
+                why: "effective_damping stands for viscous and Coulomb friction together; free \
+                      either it or them",
+            });
+        }
+    }
+    Ok(())
+}
