@@ -131,6 +131,10 @@ fn steer_sign_products(p: &Parameters, formulation: Formulation, speed: f64) -> 
 
 /// Eigenvalues [1/s] of a state matrix, largest real part first.
 pub fn eigenvalues(a: &StateMatrix) -> Vec<Complex<f64>> {
+    if a.iter().any(|v| !v.is_finite()) {
+        // the iteration behind would not end
+        return vec![Complex::new(f64::NAN, f64::NAN); 5];
+    }
     let dynamic = DMatrix::from_column_slice(5, 5, a.as_slice());
     let mut values: Vec<_> = dynamic.complex_eigenvalues().iter().copied().collect();
     values.sort_by(|a, b| b.re.total_cmp(&a.re).then(b.im.total_cmp(&a.im)));

@@ -72,6 +72,25 @@ rows! {
     }
 }
 
+impl<T: crate::real::Real> Parameters<T> {
+    /// The same bicycle with a rider who holds still: no steering law.
+    #[must_use]
+    pub fn riderless(&self) -> Self {
+        let none = T::from(0.0);
+        Self {
+            rider_roll_gain: none,
+            rider_roll_rate_gain: none,
+            rider_steer_gain: none,
+            rider_steer_rate_gain: none,
+            rider_roll_gain_slope: none,
+            rider_roll_rate_gain_slope: none,
+            rider_steer_gain_slope: none,
+            rider_steer_rate_gain_slope: none,
+            ..*self
+        }
+    }
+}
+
 impl<T: Copy> Parameters<T> {
     /// The six lumps of bicycle and rider, without load.
     pub fn lumps(&self) -> Lumps<T> {

@@ -139,7 +139,8 @@ struct Moment {
 /// computed on a copy; the grid state is kept as long as no input and no parameter changes value
 /// (compared bitwise). When one does, the copy becomes the state at that instant, and the next
 /// internal step is shortened to end on the next grid point. So results depend on the instants of
-/// change, not on how often one looks. Cloning gives a second bicycle that goes on from here.
+/// change, not on how often one looks (but for a steer limit that is passed and left again within
+/// one internal step: only who looks in between sees it). Cloning gives a second bicycle that goes on from here.
 #[derive(Debug, Clone)]
 pub struct Simulation {
     bicycle: Bicycle,
@@ -244,7 +245,7 @@ impl Simulation {
         if let Some(stop) = self.stop {
             return Err(stop);
         }
-        if to <= self.here.time {
+        if to <= self.here.time || !to.is_finite() {
             return Ok(());
         }
         let step = self.bicycle.p.internal_step;

@@ -42,6 +42,39 @@ pub enum Step {
 
 type Log = Mutex<Vec<LogLine>>;
 
+/// What the FMU holds pointers to until it is freed (FMI 2.0 §2.1.5): raw ones here too, for a
+/// `Box` that moves would end them.
+#[derive(Debug)]
+struct Host {
+    callbacks: *mut fmi2CallbackFunctions,
+    log: *mut Log,
+}
+
+impl Host {
+    fn new() -> Self {
+        let log = Box::into_raw(Box::<Log>::default());
+        Self {
+            callbacks: Box::into_raw(Box::new(callbacks(log))),
+            log,
+        }
+    }
+
+    fn log(&self) -> &Log {
+        // SAFETY: from Box::into_raw, alive until drop, shared only behind its lock.
+        unsafe { &*self.log }
+    }
+}
+
+impl Drop for Host {
+    fn drop(&mut self) {
+        // SAFETY: both from Box::into_raw and freed once; the FMU's instance is freed by then.
+        unsafe {
+            drop(Box::from_raw(self.callbacks));
+            drop(Box::from_raw(self.log));
+        }
+    }
+}
+
 /// An instance; freed when dropped, before the library is unloaded.
 ///
 /// Calls that do not succeed return the FMU's log lines; [`Instance::log`] has those of the last
@@ -50,9 +83,7 @@ type Log = Mutex<Vec<LogLine>>;
 pub struct Instance<'a> {
     fmu: &'a Fmu,
     component: fmi2Component,
-    // FMI 2.0 §2.1.5: the callbacks stay valid until the instance is freed.
-    _callbacks: Box<fmi2CallbackFunctions>,
-    log: Box<Log>,
+    host: Host,
     /// After `fmi2Fatal` no function may be called, `fmi2FreeInstance` included.
     fatal: bool,
 }
@@ -70,29 +101,29 @@ impl Fmu {
         let name = text("instance name", name)?;
         let guid = text("guid", &description.guid)?;
         let resources = text("resource location", &self.archive().resource_location())?;
-        let log = Box::<Log>::default();
-        let callbacks = Box::new(callbacks(&log));
-        // SAFETY: texts are null-terminated, callbacks valid until after fmi2FreeInstance: both
-        // boxes live in the instance, whose drop frees first.
+        let host = Host::new();
+        // SAFETY: texts are null-terminated, callbacks valid until after fmi2FreeInstance: the host
+        // lives in the instance, whose drop frees first.
         let component = unsafe {
             (self.functions.instantiate)(
                 name.as_ptr(),
                 fmi2CoSimulation,
                 guid.as_ptr(),
                 resources.as_ptr(),
-                &raw const *callbacks,
+                host.callbacks,
                 fmi2False,
                 fmi2True,
             )
         };
         if component.is_null() {
-            return Err(Error::NotInstantiated { log: take(&log) });
+            return Err(Error::NotInstantiated {
+                log: take(host.log()),
+            });
         }
         Ok(Instance {
             fmu: self,
             component,
-            _callbacks: callbacks,
-            log,
+            host,
             fatal: false,
         })
     }
@@ -144,7 +175,7 @@ impl Instance<'_> {
 
     /// Log lines since before the last call, taken out.
     pub fn log(&mut self) -> Vec<LogLine> {
-        take(&self.log)
+        take(self.host.log())
     }
 
     fn call(
@@ -160,7 +191,7 @@ impl Instance<'_> {
                 log,
             });
         }
-        take(&self.log);
+        take(self.host.log());
         let status = Status::from(call(self));
         self.fatal = status == Status::Fatal;
         match status {
@@ -168,7 +199,7 @@ impl Instance<'_> {
             _ => Err(Error::Refused {
                 function,
                 status,
-                log: take(&self.log),
+                log: take(self.host.log()),
             }),
         }
     }
@@ -405,7 +436,7 @@ unsafe extern "C" {
 /// five fixed arguments only. On the C ABIs of all platforms FMI 2.0 names, fixed arguments travel
 /// the same way whether further ones follow or not, and the caller clears the stack. The price:
 /// the further arguments cannot be read, and placeholders stay in the message.
-fn callbacks(log: &Log) -> fmi2CallbackFunctions {
+fn callbacks(log: *mut Log) -> fmi2CallbackFunctions {
     type Fixed = unsafe extern "C" fn(
         fmi2ComponentEnvironment,
         fmi2String,
@@ -419,7 +450,7 @@ fn callbacks(log: &Log) -> fmi2CallbackFunctions {
         allocateMemory: Some(calloc),
         freeMemory: Some(free),
         stepFinished: None,
-        componentEnvironment: std::ptr::from_ref(log).cast_mut().cast::<c_void>(),
+        componentEnvironment: log.cast::<c_void>(),
     }
 }
 

@@ -57,9 +57,12 @@ pub struct ClosedLoop {
     drive: Drive,
 }
 
-/// √(2/π): mean gain of a sign is √(2/π)/σ.
-fn root_2_pi() -> f64 {
-    FRAC_2_PI.sqrt()
+/// Passes of the linearisation at most.
+const PASSES: usize = 60;
+
+/// Mean gain √(2/π)/σ of a sign under a deviation `sigma`.
+pub fn sign_gain(sigma: f64) -> f64 {
+    FRAC_2_PI.sqrt() / sigma
 }
 
 /// The σ in the mean gain of a sign smoothed over `width`: exact for σ → 0 and σ → ∞.
@@ -81,7 +84,7 @@ fn arctangent_gain(s: f64) -> f64 {
 /// The loop with the mean gains of a covariance `p`.
 fn with_gains(parts: &Apart, b: &Parameters, speed: f64, p: &Matrix5<f64>) -> StateMatrix {
     let mut a = parts.state;
-    let friction = root_2_pi() / spread(p[(STEER_RATE, STEER_RATE)], b.steer_rate_smoothing);
+    let friction = sign_gain(spread(p[(STEER_RATE, STEER_RATE)], b.steer_rate_smoothing));
     let mut column = a.column_mut(STEER_RATE);
     column += parts.steer_rate_sign * friction;
 
@@ -96,7 +99,7 @@ fn with_gains(parts: &Apart, b: &Parameters, speed: f64, p: &Matrix5<f64>) -> St
     let given_steer = p - with_steer * with_steer.transpose() / (sigma * sigma);
     for (i, h) in parts.steer_sign.iter().enumerate() {
         let mut row = a.row_mut(i);
-        row += (h * with_steer).transpose() * (root_2_pi() / sigma);
+        row += (h * with_steer).transpose() * sign_gain(sigma);
         row[STEER] += (h * given_steer).trace() / (TAU.sqrt() * sigma);
     }
     a
@@ -151,6 +154,8 @@ impl ClosedLoop {
         // begin with friction at a steer rate of .3 rad/s rms and everything else linear
         let mut covariance = Matrix5::zeros();
         covariance[(STEER_RATE, STEER_RATE)] = 0.09;
+        // and some steering: without, an unsmoothed sign θ would have no gain at all
+        covariance[(STEER, STEER)] = 1e-6;
         let mut state;
         let mut pass = 0;
         loop {
@@ -175,7 +180,12 @@ impl ClosedLoop {
             pass += 1;
             // Six passes give the spectrum to a per mille; the derivatives by differences, and
             // with them the verdict on what is singular, want the fixed point itself.
-            if change < 1e-13 || pass == 60 {
+            if pass == PASSES && !(change < 1e-6) {
+                return Err(Error::Search(format!(
+                    "the linearisation still changed by {change:.1e} after {PASSES} passes"
+                )));
+            }
+            if change < 1e-13 || pass == PASSES {
                 return Ok(Self {
                     state,
                     torque,

@@ -66,7 +66,7 @@ pub fn bands(rides: &[Ride], channel: &str, recipe: &Recipe) -> Result<Vec<BandR
             ..recipe.clone()
         };
         let mut first = None;
-        for ride in rides {
+        for (i, ride) in rides.iter().enumerate() {
             let analysis =
                 Analysis::new(&recipe, ride.step(), ride.len()).map_err(|cause| Error::InFile {
                     file: ride.name(),
@@ -77,9 +77,8 @@ pub fn bands(rides: &[Ride], channel: &str, recipe: &Recipe) -> Result<Vec<BandR
             let rms = (2.0 * power / analysis.duration()).sqrt();
             let bins = coefficients.len() as f64;
             let (reference, of) = *first.get_or_insert((rms, bins));
-            let same = std::ptr::eq(ride, &raw const rides[0]);
             // the power in n bins scatters by 1/√n, its root by half of that
-            let scatter = if same {
+            let scatter = if i == 0 {
                 0.0
             } else {
                 1.96 * 0.5 * (1.0 / bins + 1.0 / of).sqrt()

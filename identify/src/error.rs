@@ -47,11 +47,16 @@ pub enum Error {
         message: String,
     },
 
-    /// A ride that is not the one a fit was made of.
-    #[error("{file}: expected the ride of the fit (SHA-256 {expected}), found another ({found})")]
-    OtherRide {
+    /// A file that is not the one a fit was made of.
+    #[error("{file}: expected the {what} of the fit (SHA-256 {expected}), found another ({found})")]
+    OtherFile {
+        /// Path.
         file: String,
+        /// What it is to the fit: its ride, its map.
+        what: &'static str,
+        /// SHA-256 of the fit's.
         expected: String,
+        /// SHA-256 of the one found.
         found: String,
     },
 
@@ -269,6 +274,27 @@ pub enum Error {
         duration: f64,
         step: f64,
     },
+    /// A line where no record has one.
+    #[error("line: expected a frequency between 0 and {nyquist} Hz (Nyquist), found {found} Hz")]
+    LineFrequency {
+        /// The frequency [Hz].
+        found: f64,
+        /// Half the sampling rate [Hz].
+        nyquist: f64,
+    },
+    /// Noise that cannot be estimated.
+    #[error(
+        "noise of `{channel}`: expected bins above {above} Hz to estimate it from, found a record \
+         that ends at {nyquist} Hz; give it for every channel"
+    )]
+    NoNoise {
+        /// Name of the channel.
+        channel: String,
+        /// Where the estimate begins [Hz].
+        above: f64,
+        /// Half the sampling rate [Hz].
+        nyquist: f64,
+    },
     /// A band in which no bin is left.
     #[error("band {low} to {high} Hz: no unmasked bin in it, bins are {width:.3} Hz apart")]
     NoBins { low: f64, high: f64, width: f64 },
@@ -297,6 +323,21 @@ pub enum Error {
         limit: f64,
         re: f64,
         im: f64,
+    },
+    /// Windows too short, or too few of them.
+    #[error(
+        "window of {window} s: expected more than five samples of {step} s in each and more \
+         windows than the {free} free parameters, found {found} windows"
+    )]
+    Windows {
+        /// Length of a window [s].
+        window: f64,
+        /// Step of the record [s].
+        step: f64,
+        /// Number of windows.
+        found: usize,
+        /// Number of free parameters.
+        free: usize,
     },
     /// A free parameter that changes nothing.
     #[error(
@@ -366,7 +407,15 @@ impl Error {
 
     /// Whether the fault is in what was typed on the command line (exit code 2).
     pub fn is_typed(&self) -> bool {
-        matches!(self, Self::Argument { .. })
+        // outside a file, a name, a band or bounds can only have been typed
+        matches!(
+            self,
+            Self::Argument { .. }
+                | Self::Unknown { .. }
+                | Self::Band { .. }
+                | Self::LineFrequency { .. }
+                | Self::Bounds { .. }
+        )
     }
 }
 

@@ -1,6 +1,6 @@
 //! A fit: one ride, one objective, some free parameters → values, uncertainty, verdicts.
 
-use crate::closed_loop::ClosedLoop;
+use crate::closed_loop::{ClosedLoop, sign_gain};
 use crate::error::{Error, Result};
 use crate::free::{Candidate, Free};
 use crate::objective::amplitude::Amplitude;
@@ -11,11 +11,13 @@ use crate::objective::{Information, Objective};
 use crate::plan::{Plan, Resolved, resolve};
 use crate::ride::Ride;
 use crate::solver::{Landscape, Limits, Outcome, minimise};
-use crate::verdict::{Estimate, judge};
+use crate::verdict::{Estimate, Verdict, judge};
 use bicycle::Parameters;
 use nalgebra::DVector;
 use serde::{Deserialize, Serialize};
-use std::f64::consts::FRAC_2_PI;
+
+/// Variation of the speed, rms over mean, above which a spectrum at the mean speed is remarked on.
+const STEADY: f64 = 0.03;
 
 /// The work a fit took.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -97,7 +99,7 @@ pub fn fit(ride: &Ride, plan: &Plan, progress: &dyn Fn(&str)) -> Result<Fit> {
             &channels,
             unknowns,
             plan.formulation,
-            plan.window,
+            (plan.speed, plan.window),
             noise,
         )?;
         return fit_time(&problem, plan, progress);
@@ -162,8 +164,13 @@ fn judge_at(
     information: impl Fn(&DVector<f64>) -> Result<Information>,
 ) -> Result<Judged> {
     let here = information(&outcome.point)?;
-    // where the nominal bicycle does not stand there is nothing to compare with
+    // where the nominal bicycle does not stand there is nothing to compare with; the scatter of the
+    // gradient is that of the estimate, elsewhere it would hold the gradient itself
     let nominal = information(&nominal_variables(free, &outcome.point)).ok();
+    let nominal = nominal.map(|n| Information {
+        meat: here.meat.clone(),
+        ..n
+    });
     Ok(Judged {
         outcome,
         work,
@@ -187,7 +194,8 @@ fn start_of(spectral: &Spectral, objective: Objective) -> Result<DVector<f64>> {
         let part = 0.25 * f64::from(k);
         let z = &own * (1.0 - part) + &nominal * part;
         match spectral.expected(&z) {
-            Ok(_) => return Ok(z),
+            Ok(bins) if bins.iter().all(|bin| bin.clone().cholesky().is_some()) => return Ok(z),
+            Ok(_) => cause = "the spectral matrix of a bin is not positive definite".into(),
             Err(error) => cause = error.to_string(),
         }
     }
@@ -276,8 +284,20 @@ fn fit_amplitude(
         };
         let moved = (&outcome.point - &point).amax();
         point.clone_from(&outcome.point);
-        if moved < 1e-3 || total.passes == PASSES {
+        if moved < 1e-3 {
             return Ok((problem, outcome, total));
+        }
+        if total.passes == PASSES {
+            let termination = format!("the weights still moved after {PASSES} passes");
+            return Ok((
+                problem,
+                Outcome {
+                    termination,
+                    converged: false,
+                    ..outcome
+                },
+                total,
+            ));
         }
         progress("renewing the weights");
     }
@@ -329,7 +349,16 @@ fn assemble(
 ) -> Fit {
     let variables = free.iter().zip(outcome.point.iter());
     let values: Vec<f64> = variables.map(|(f, z)| f.value(*z)).collect();
-    let (parameters, correlation) = judge(free, &values, &here, nominal.as_ref());
+    let (mut parameters, correlation) = judge(free, &values, &here, nominal.as_ref());
+    if !outcome.converged {
+        // a search that has not arrived has determined nothing
+        for estimate in parameters
+            .iter_mut()
+            .filter(|e| e.verdict != Verdict::Nuisance)
+        {
+            estimate.verdict = Verdict::NotDetermined;
+        }
+    }
     Fit {
         objective,
         channels: channels.iter().map(|c| (*c).to_owned()).collect(),
@@ -368,7 +397,7 @@ fn notes(spectral: &Spectral, z: &DVector<f64>, closed_loop: &ClosedLoop) -> Vec
     let free = &spectral.unknowns.free;
     if free.iter().any(|f| f.row.name == "effective_damping") {
         let p = &candidate.parameters;
-        let gain = FRAC_2_PI.sqrt() / closed_loop.steer_rate_deviation();
+        let gain = sign_gain(closed_loop.steer_rate_deviation());
         let implied = candidate.excitation.effective_damping - gain * p.coulomb_friction;
         notes.push(format!(
             "effective damping at a steer rate of {:.3} rad/s rms; with the assumed Coulomb friction of \
@@ -378,7 +407,21 @@ fn notes(spectral: &Spectral, z: &DVector<f64>, closed_loop: &ClosedLoop) -> Vec
             if implied < 0.0 { ", which no bicycle has: too much Coulomb friction is assumed, or the damping is too uncertain to say" } else { "" },
         ));
     }
-    for line in &spectral.measured.lines {
+    let measured = &spectral.measured;
+    if measured.speed_spread > STEADY {
+        notes.push(format!(
+            "the speed varies by {:.0} % rms; the model rides at its mean of {:.2} m/s throughout",
+            100.0 * measured.speed_spread,
+            measured.speed
+        ));
+    }
+    for line in &measured.unmasked {
+        notes.push(format!(
+            "the steering has a line at {line:.2} Hz that noise does not explain: slalom or \
+             pedalling? Masked with --line it would no longer bias friction and intensity"
+        ));
+    }
+    for line in &measured.lines {
         notes.push(format!(
             "line at {} Hz masked, its steer amplitude of {:.2}° put into the linearisation",
             line.frequency,

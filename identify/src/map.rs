@@ -62,6 +62,8 @@ pub enum Signs {
 pub struct Map {
     /// Its name.
     pub name: String,
+    /// SHA-256 of its text.
+    pub sha256: String,
     /// See [`crate::ride::Ride::law_in_loop`].
     pub law_in_loop: Option<bool>,
     /// Sampling rate [Hz], where the file has no time column.
@@ -209,15 +211,16 @@ impl Map {
         Self::parse(&file, &text)
     }
 
-    /// The map written in `text`; `file` names it in errors.
-    pub fn parse(file: &str, text: &str) -> Result<Self> {
-        let written: Written = ::toml::from_str(text).map_err(|e| error::toml(file, text, &e))?;
-        written.read().map_err(|e| e.in_file(file))
+    /// The map written in `text`; `name` is what errors call it.
+    pub fn parse(name: &str, text: &str) -> Result<Self> {
+        let written: Written = ::toml::from_str(text).map_err(|e| error::toml(name, text, &e))?;
+        let sha256 = file::sha256(text.as_bytes());
+        written.read(sha256).map_err(|e| e.in_file(name))
     }
 }
 
 impl Written {
-    fn read(self) -> Result<Map> {
+    fn read(self, sha256: String) -> Result<Map> {
         let rate = self.rate.map(|rate| rate.si(HZ, "rate")).transpose()?;
         let mut columns = Vec::new();
         if let Some(time) = self.time {
@@ -230,6 +233,7 @@ impl Written {
         }
         Ok(Map {
             name: self.name,
+            sha256,
             law_in_loop: self.law_in_loop,
             rate,
             columns,

@@ -24,6 +24,8 @@ pub struct Plan {
     pub channels: Option<Vec<&'static str>>,
     /// The free parameters.
     pub free: Option<Vec<Free>>,
+    /// Bounds of free parameters, in place of their rows' ranges.
+    pub bounds: Vec<Free>,
     /// How spectra are taken; the taper follows from the number of channels.
     pub recipe: Recipe,
     /// Length of a window of the `time` objective [s].
@@ -47,6 +49,7 @@ impl Default for Plan {
             objective: None,
             channels: None,
             free: None,
+            bounds: Vec::new(),
             recipe: Recipe::default(),
             window: 0.5,
             noise: None,
@@ -75,7 +78,10 @@ pub struct Resolved {
 /// the friction then only the effective damping is sought.
 pub fn resolve(ride: &Ride, plan: &Plan) -> Result<Resolved> {
     let has = |name: &&&'static str| ride.has(name);
-    let three = SPECTRAL.iter().all(|name| ride.has(name));
+    let three = match &plan.channels {
+        Some(channels) => channels.len() > 2,
+        None => SPECTRAL.iter().all(|name| ride.has(name)),
+    };
     let objective = plan
         .objective
         .unwrap_or(match (ride.has("steer_torque"), three) {
@@ -87,8 +93,14 @@ pub fn resolve(ride: &Ride, plan: &Plan) -> Result<Resolved> {
         Objective::Amplitude => vec!["steer"],
         Objective::Whittle | Objective::Time => SPECTRAL.iter().filter(has).copied().collect(),
     });
-    for channel in &channels {
+    for (i, channel) in channels.iter().enumerate() {
         ride.channel(channel)?;
+        if channels[..i].contains(channel) {
+            return Err(Error::Form {
+                expected: "each channel once",
+                found: channels.join(","),
+            });
+        }
     }
     let mut free = if let Some(free) = &plan.free {
         free.clone()
@@ -110,12 +122,14 @@ pub fn resolve(ride: &Ride, plan: &Plan) -> Result<Resolved> {
     if objective != Objective::Time && !free.iter().any(Free::nuisance) {
         free.push(Free::new("remnant_intensity")?);
     }
+    for bounded in &plan.bounds {
+        let known: Vec<_> = free.iter().map(|f| f.row.name).collect();
+        let name = bounded.row.name;
+        let place = free.iter_mut().find(|f| f.row.name == name);
+        *place.ok_or_else(|| Error::unknown("free parameter", name, known))? = *bounded;
+    }
     check_friction(&free, objective)?;
-    let taper = if channels.len() > 1 {
-        Taper::Hann
-    } else {
-        Taper::Rectangle
-    };
+    let taper = Taper::of(channels.len());
     let start = Candidate {
         parameters: plan.parameters,
         excitation: plan.excitation,

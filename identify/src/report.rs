@@ -8,7 +8,7 @@ mod table;
 mod tests;
 mod words;
 
-pub use table::table;
+pub use table::{summary, table};
 pub use words::advice;
 
 use crate::error::Result;
@@ -204,17 +204,11 @@ fn assumptions(run: &Run) -> Result<Vec<String>> {
         };
         items.push(law.into());
     } else {
-        // as fit::resolve decides
-        let taper = if fit.channels.len() > 1 {
-            Taper::Hann
-        } else {
-            recipe.taper
-        };
         items.push(format!(
             "Spectra: residual of a moving average over {}, {} window, bins from {} to {}; model \
              and ride pass the same filter.",
             exact_with_unit(recipe.average, "s"),
-            match taper {
+            match recipe.taper {
                 Taper::Rectangle => "rectangular",
                 Taper::Hann => "Hann",
             },

@@ -200,11 +200,17 @@ impl Ride {
         }
     }
 
+    /// Mean speed [m/s]; `fallback` where it is not recorded.
+    pub fn mean_speed(&self, fallback: f64) -> f64 {
+        self.channel("speed")
+            .map_or(fallback, |v| v.iter().sum::<f64>() / v.len() as f64)
+    }
+
     /// The stretches in which the bicycle stands; none where the speed is not recorded.
     pub fn standstill(&self) -> Vec<Span> {
         self.channel(SPEED).map_or_else(
             |_| Vec::new(),
-            |speed| self.spans(|i| speed[i].abs() < STANDSTILL),
+            |speed| self.spans(|i| speed[i] < STANDSTILL),
         )
     }
 

@@ -9,7 +9,7 @@ use crate::objective::spectral::{Measured, Spectral};
 use crate::objective::time::Time;
 use crate::plan::{self, Plan};
 use crate::ride::Ride;
-use crate::spectrum::{Recipe, residual};
+use crate::spectrum::{Recipe, Taper, residual};
 use crate::synthesis::{SensorNoise, Synthesis};
 use bicycle::{Excitation, Formulation, Input, Parameters, Quantity};
 use nalgebra::DVector;
@@ -26,6 +26,8 @@ pub struct Source {
     pub sha256: String,
     /// Name or path of the channel map, if one was used.
     pub map: Option<String>,
+    /// SHA-256 of the map's text.
+    pub map_sha256: Option<String>,
     /// Sampling rate given for a file without a clock [Hz].
     pub rate: Option<f64>,
     /// Whether gaps were bridged.
@@ -112,7 +114,10 @@ impl Run {
                 rows: rows().map(|row| row.name.to_owned()).zip(values).collect(),
             },
             asked: Asked {
-                recipe: plan.recipe.clone(),
+                recipe: Recipe {
+                    taper: Taper::of(fit.channels.len()),
+                    ..plan.recipe.clone()
+                },
                 window: plan.window,
                 noise: plan.noise.clone(),
                 max_iterations: plan.max_iterations,
@@ -168,6 +173,7 @@ impl Run {
                     .collect::<Result<_>>()?,
             ),
             free: Some(self.free()?),
+            bounds: Vec::new(),
             recipe: self.asked.recipe.clone(),
             window: self.asked.window,
             noise: self.asked.noise.clone(),
@@ -303,7 +309,7 @@ impl Run {
                 &channels,
                 unknowns,
                 plan.formulation,
-                plan.window,
+                (plan.speed, plan.window),
                 noise,
             )?;
             let replayed = problem.replay_all(&self.variables(&problem.unknowns.free))?;
@@ -327,7 +333,7 @@ impl Run {
             parameters: self.as_simulated(&fitted),
             formulation: plan.formulation,
             input: Input {
-                speed: plan.speed,
+                speed: ride.mean_speed(plan.speed),
                 ..Input::default()
             },
             excitation: fitted.excitation,

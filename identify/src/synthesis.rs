@@ -127,7 +127,7 @@ impl Synthesis {
             let t = i as f64 * step;
             if i >= warm {
                 let seen = simulation.output();
-                let torque = seen.rider_torque + external(t);
+                let torque = seen.rider_torque + external(t) + self.input.assist_torque;
                 for (channel, value) in
                     channels
                         .iter_mut()

@@ -57,8 +57,7 @@ pub fn simulate(
                 trajectory.stop = Some(stop);
                 break;
             }
-            simulation.set_parameters(&change.parameters)?;
-            simulation.set_input(change.input)?;
+            simulation.set(&change.parameters, change.input)?;
         }
         let outcome = simulation.advance(to);
         trajectory.time.push(simulation.time());

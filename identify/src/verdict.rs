@@ -79,6 +79,12 @@ struct Spread {
 fn spread(information: &Information) -> Spread {
     let a = &information.curvature;
     let n = a.nrows();
+    if n == 0 {
+        return Spread {
+            covariance: DMatrix::zeros(0, 0),
+            singular: Vec::new(),
+        };
+    }
     let scale = DVector::from_fn(n, |i, _| a[(i, i)].max(f64::MIN_POSITIVE).sqrt());
     let normal = DMatrix::from_fn(n, n, |i, j| a[(i, j)] / scale[i] / scale[j]);
     let eigen = SymmetricEigen::new(normal);

@@ -31,8 +31,12 @@ impl Platform {
     ];
 
     /// The platform this program was compiled for, if the standard names it. It names operating
-    /// systems and word lengths, not processors.
+    /// systems and word lengths and, but for macOS, means x86.
     pub const fn current() -> Option<Self> {
+        if cfg!(not(any(target_arch = "x86", target_arch = "x86_64"))) && !cfg!(target_os = "macos")
+        {
+            return None;
+        }
         match (
             cfg!(target_os = "linux"),
             cfg!(target_os = "windows"),

@@ -308,7 +308,84 @@ fn rides_that_cannot_be_fitted() {
         1,
         "free either it or them",
     );
-    refused(path, "fit ride.csv --band 0.3:300", 1, "100 Hz (Nyquist)");
+    refused(path, "fit ride.csv --band 0.3:300", 2, "100 Hz (Nyquist)");
+    // 20 Hz: nothing above 10 Hz to take the noise from
+    ride(path, 24, "--step 50ms --torque");
+    for objective in ["time", "whittle"] {
+        refused(
+            path,
+            &format!("fit ride.csv --objective {objective}"),
+            1,
+            "noise of `steer`: expected bins above 10 Hz",
+        );
+    }
+    // a rider law plays no part where the whole torque is replayed
+    ride(path, 24, "--torque");
+    refused(
+        path,
+        "fit ride.csv --free rider_roll_gain",
+        1,
+        "`rider_roll_gain` does not influence the time objective",
+    );
+}
+
+#[test]
+fn a_fit_with_everything_at_a_bound_is_a_result() {
+    let folder = folder();
+    ride(folder.path(), 24, "");
+    let call = "fit ride.csv --free remnant_intensity --bounds remnant_intensity=0.01:0.5 --json";
+    let fit = json(folder.path(), call);
+    assert_eq!(fit["parameters"][0]["at_bound"], true);
+    assert!(fit["parameters"][0]["std_error"].is_null());
+}
+
+#[test]
+fn the_speed_typed_counts_where_none_was_recorded() {
+    let folder = folder();
+    let path = folder.path();
+    ride(path, 24, "--torque --set speed=5");
+    let text = fs::read_to_string(path.join("ride.csv")).expect("a ride");
+    let header = text
+        .lines()
+        .find(|line| line.starts_with("time"))
+        .expect("a header");
+    let speed = header
+        .split(',')
+        .position(|name| name.starts_with("speed"))
+        .expect("a column");
+    let without = |line: &str| match line.starts_with('#') {
+        true => line.to_owned(),
+        false => {
+            let cells = line.split(',').enumerate().filter(|(i, _)| *i != speed);
+            cells.map(|(_, cell)| cell).collect::<Vec<_>>().join(",")
+        }
+    };
+    let cut = text.lines().map(without).collect::<Vec<_>>().join("\n");
+    fs::write(path.join("cut.csv"), cut).expect("written");
+    let value = |call| {
+        json(path, call)["parameters"][0]["value"]
+            .as_f64()
+            .expect("a number")
+    };
+    let recorded = value("fit ride.csv --json");
+    assert_eq!(value("fit cut.csv --set speed=5 --json"), recorded);
+    assert_ne!(value("fit cut.csv --json"), recorded);
+}
+
+#[test]
+fn an_unmasked_line_is_remarked_on() {
+    let folder = folder();
+    ride(folder.path(), 24, "--line 1.111Hz,4N.m");
+    let line = "the steering has a line at 1.12 Hz";
+    let told = |call| {
+        let err = wobble(folder.path(), call).err;
+        err.split_whitespace()
+            .collect::<Vec<_>>()
+            .join(" ")
+            .contains(line)
+    };
+    assert!(told("fit ride.csv"));
+    assert!(!told("fit ride.csv --line 1.111Hz"));
 }
 
 #[test]
@@ -342,6 +419,23 @@ fn calls_that_were_typed_wrong() {
         ("fit ride.csv --objective amplitud", "nearest: amplitude"),
         ("fit ride.csv --channels stear", "nearest: steer"),
         ("spectrum ride.csv --band 3", "expected LOW:HIGH"),
+        ("spectrum ride.csv --channel stear", "nearest: steer"),
+        (
+            "fit ride.csv --line 0",
+            "line: expected a frequency between 0 and 100 Hz",
+        ),
+        ("fit ride.csv --band 3:0.3", "expected 0 <= low < high"),
+        ("fit ride.csv --free trail,trail", "expected each name once"),
+        (
+            "fit ride.csv --bounds cornering_stiffness=10:5",
+            "expected lower < upper within 2 to 40 1/rad",
+        ),
+        ("fit ride.csv --noise steer=-1deg", "--noise"),
+        (
+            "simulate --at 1s:roll_start=1",
+            "a row that may change under way",
+        ),
+        ("simulate --at 50s:speed=3", "a time within the simulation"),
         ("compare ride.csv", "2 values required"),
         ("frobnicate", "unrecognized subcommand"),
     ] {

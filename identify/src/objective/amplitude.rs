@@ -55,11 +55,6 @@ impl Amplitude {
         })
     }
 
-    /// The spectral problem underneath.
-    pub fn spectral(&self) -> &Spectral {
-        &self.spectral
-    }
-
     /// Weighted residuals, measured minus expected: unit variance where the model is true.
     pub fn residuals(&self, z: &DVector<f64>) -> Result<DVector<f64>> {
         let expected = self.spectral.expected(z)?;
@@ -75,9 +70,11 @@ impl Amplitude {
         Ok(DVector::from_vec(parts.collect()))
     }
 
-    /// What the amplitudes know at `z`.
+    /// What the amplitudes know at `z`, weighted by the model there.
     pub fn information(&self, z: &DVector<f64>) -> Result<Information> {
-        Ok(self.spectral.information(self.quadratic(z)?.curvature))
+        Ok(self
+            .spectral
+            .information(Self::new(self.spectral.clone(), z)?.quadratic(z)?.curvature))
     }
 }
 

@@ -29,6 +29,10 @@ pub struct Measured {
     pub step: f64,
     /// Mean speed [m/s].
     pub speed: f64,
+    /// Standard deviation of the speed over its mean.
+    pub speed_spread: f64,
+    /// Lines in the steering that nobody masked [Hz].
+    pub unmasked: Vec<f64>,
     /// The masked lines as the steering shows them.
     pub lines: Vec<LineMotion>,
     states: Vec<usize>,
@@ -53,11 +57,10 @@ impl Measured {
             let samples = ride.signal(channel)?;
             transformed.push(analysis.coefficients(samples));
             let given = noise.and_then(|n| n.get(i).copied());
-            deviations.push(
-                given
-                    .or_else(|| analysis.noise(samples, QUIET))
-                    .unwrap_or(0.0),
-            );
+            deviations.push(match given {
+                Some(noise) => noise,
+                None => estimated_noise(&analysis, ride, channel)?,
+            });
         }
         let coefficients = (0..analysis.frequencies().len())
             .map(|k| DVector::from_iterator(channels.len(), transformed.iter().map(|t| t[k])))
@@ -71,9 +74,12 @@ impl Measured {
                 steer_amplitude: analysis.line_amplitude(steer, line.frequency),
             })
             .collect();
-        let speed = ride
-            .channel("speed")
-            .map_or(speed, |v| v.iter().sum::<f64>() / v.len() as f64);
+        let speed = ride.mean_speed(speed);
+        let speed_spread = ride.channel("speed").map_or(0.0, |v| {
+            let square = v.iter().map(|v| (v - speed).powi(2)).sum::<f64>() / v.len() as f64;
+            square.sqrt() / speed
+        });
+        let unmasked = analysis.standing_lines(steer);
         let states = channels
             .iter()
             .map(|c| {
@@ -90,10 +96,23 @@ impl Measured {
             noise: deviations,
             step: ride.step(),
             speed,
+            speed_spread,
+            unmasked,
             lines,
             states,
         })
     }
+}
+
+/// The white noise of `channel`, from the bins in which a bicycle does not move.
+pub(super) fn estimated_noise(analysis: &Analysis, ride: &Ride, channel: &str) -> Result<f64> {
+    analysis
+        .noise(ride.signal(channel)?, QUIET)
+        .ok_or_else(|| Error::NoNoise {
+            channel: channel.into(),
+            above: QUIET,
+            nyquist: 0.5 * ride.rate(),
+        })
 }
 
 /// A measured spectrum and the model that is to match it.

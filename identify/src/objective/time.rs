@@ -5,6 +5,7 @@
 //! equations; standard errors come from the scatter between windows (those of Gauss–Newton are
 //! three times too small). Bock 1987; Liang & Zeger 1986.
 
+use super::spectral::estimated_noise;
 use super::{Information, Unknowns};
 use crate::closed_loop::state_index;
 use crate::error::{Error, Result};
@@ -60,23 +61,22 @@ pub struct Replay {
 }
 
 impl Time {
-    /// The windows of `window` [s] of a ride whose `steer_torque` was recorded: the whole torque
-    /// of the rider, or, with `law_in_loop`, what acts besides a steering law closed on the
-    /// simulated state.
+    /// The windows of `window` [s] of a ride, at `speed` [m/s] where it does not say. Its
+    /// `steer_torque` is the whole torque of the rider, or, with `law_in_loop`, what acts besides
+    /// a steering law closed on the simulated state.
     pub fn new(
         ride: &Ride,
         channels: &[&'static str],
         unknowns: Unknowns,
         formulation: Formulation,
-        window: f64,
+        (speed, window): (f64, f64),
         noise: Option<&[f64]>,
     ) -> Result<Self> {
         ride.check_moving()?;
         let torque = ride.signal("steer_torque")?.to_vec();
-        let speed = ride.channel("speed").map_or_else(
-            |_| vec![Input::default().speed; ride.len()],
-            <[f64]>::to_vec,
-        );
+        let speeds = ride
+            .channel("speed")
+            .map_or_else(|_| vec![speed; ride.len()], <[f64]>::to_vec);
         let law_in_loop = ride.law_in_loop.unwrap_or(false);
         if let Some(free) = unknowns.free.iter().find(|f| f.bicycle_index().is_none()) {
             return Err(Error::NoInfluence {
@@ -85,6 +85,13 @@ impl Time {
                 why: "it describes the unmeasured torque of a spectrum; here the torque is measured",
             });
         }
+        let start = &unknowns.start.parameters;
+        let replayed = if law_in_loop {
+            *start
+        } else {
+            start.riderless()
+        };
+        check_growth(&replayed, formulation, ride.mean_speed(speed), window)?;
         let length = (window / ride.step()).round() as usize;
         let windows = if length > STATES {
             ride.len() / length
@@ -92,12 +99,11 @@ impl Time {
             0
         };
         if windows < unknowns.free.len() + 1 {
-            return Err(Error::Window {
-                ride: ride.name(),
-                start: 0.0,
-                stop: window,
-                from: ride.time(0),
-                to: ride.time(ride.len() - 1),
+            return Err(Error::Windows {
+                window,
+                step: ride.step(),
+                found: windows,
+                free: unknowns.free.len(),
             });
         }
         let recipe = Recipe {
@@ -109,8 +115,8 @@ impl Time {
         for (i, channel) in channels.iter().enumerate() {
             let samples = ride.signal(channel)?;
             let given = noise.and_then(|n| n.get(i).copied());
-            let seen = || analysis.noise(samples, super::spectral::QUIET);
-            deviations.push(given.or_else(seen).unwrap_or(1.0));
+            let seen = || estimated_noise(&analysis, ride, channel);
+            deviations.push(given.map_or_else(seen, Ok)?);
             measured.push(samples.to_vec());
             states.push(state_index(channel).ok_or_else(|| {
                 Error::unknown("state", channel, State::TABLE.iter().map(|row| row.name))
@@ -121,7 +127,7 @@ impl Time {
             .enumerate()
             .filter_map(|(i, row)| Some((i, ride.channel(row.name).ok()?.to_vec())))
             .collect();
-        let problem = Self {
+        Ok(Self {
             unknowns,
             channels: channels.to_vec(),
             noise: deviations,
@@ -134,45 +140,13 @@ impl Time {
             measured,
             recorded,
             torque,
-            speed,
-        };
-        problem.check_growth(window)?;
-        Ok(problem)
-    }
-
-    /// Refuses windows over which errors of the start would grow too far.
-    fn check_growth(&self, window: f64) -> Result<()> {
-        let parameters = self.parameters(&self.unknowns.start.parameters);
-        let speed = self.speed.iter().sum::<f64>() / self.speed.len() as f64;
-        let worst = linear::fastest_growth(&parameters, self.formulation, speed);
-        let limit = GROWTH / worst.re;
-        if worst.re > 0.0 && window > limit {
-            return Err(Error::WindowTooLong {
-                window,
-                limit,
-                re: worst.re,
-                im: worst.im.abs(),
-            });
-        }
-        Ok(())
+            speed: speeds,
+        })
     }
 
     /// `p` without a rider law where the torque is the whole torque.
-    fn parameters(&self, p: &Parameters) -> Parameters {
-        if self.law_in_loop {
-            return *p;
-        }
-        Parameters {
-            rider_roll_gain: 0.0,
-            rider_roll_rate_gain: 0.0,
-            rider_steer_gain: 0.0,
-            rider_steer_rate_gain: 0.0,
-            rider_roll_gain_slope: 0.0,
-            rider_roll_rate_gain_slope: 0.0,
-            rider_steer_gain_slope: 0.0,
-            rider_steer_rate_gain_slope: 0.0,
-            ..*p
-        }
+    fn parameters<T: Real>(&self, p: &Parameters<T>) -> Parameters<T> {
+        if self.law_in_loop { *p } else { p.riderless() }
     }
 
     /// Number of windows.
@@ -220,7 +194,7 @@ impl Time {
         DVector::from_vec(z)
     }
 
-    /// Replays window `window` from `state`, showing each sample's state; false if it blew up.
+    /// Replays window `window` from `state`, showing each sample's state.
     fn replay<T: Real>(
         &self,
         bicycle: &Bicycle<T>,
@@ -293,7 +267,6 @@ impl Time {
         let shared = self.shared();
         let mut jacobian = DMatrix::zeros(self.length * self.channels.len(), shared + STATES);
         let values = self.unknowns.candidate(z);
-        let plain = self.parameters(&values.parameters);
         for first in (0..shared + STATES).step_by(LANES) {
             let seed = |value: f64, slope: f64, direction: usize| {
                 let mut dual = DualSVec64::<LANES>::from(value);
@@ -304,7 +277,7 @@ impl Time {
                 }
                 dual
             };
-            let mut parameters = plain.map(DualSVec64::<LANES>::from);
+            let mut parameters = values.parameters.map(DualSVec64::<LANES>::from);
             for (direction, free) in self.unknowns.free.iter().enumerate() {
                 let index = free
                     .bicycle_index()
@@ -312,7 +285,7 @@ impl Time {
                 let value = values.get(free);
                 parameters.set(index, seed(value, free.slope(value), direction));
             }
-            let bicycle = Bicycle::new(&parameters, self.formulation);
+            let bicycle = Bicycle::new(&self.parameters(&parameters), self.formulation);
             let initial = self.initial(z, window);
             let state =
                 State::from_array(std::array::from_fn(|i| seed(initial[i], 1.0, shared + i)));
@@ -465,6 +438,21 @@ impl Landscape for Time {
         }
         Ok(sum)
     }
+}
+
+/// Refuses windows over which errors of the start would grow too far.
+fn check_growth(p: &Parameters, formulation: Formulation, speed: f64, window: f64) -> Result<()> {
+    let worst = linear::fastest_growth(p, formulation, speed);
+    let limit = GROWTH / worst.re;
+    if worst.re > 0.0 && window > limit {
+        return Err(Error::WindowTooLong {
+            window,
+            limit,
+            re: worst.re,
+            im: worst.im.abs(),
+        });
+    }
+    Ok(())
 }
 
 /// Value at the first sample and slope of the straight line through `y`.

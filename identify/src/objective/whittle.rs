@@ -3,7 +3,7 @@
 
 use super::Information;
 use super::spectral::{Bin, Spectral};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::solver::{Landscape, Quadratic};
 use nalgebra::{Complex, DMatrix, DVector};
 
@@ -59,9 +59,9 @@ impl Landscape for Whittle {
             .zip(&self.spectral.measured.coefficients)
             .enumerate()
         {
-            let Some(factor) = bin.cholesky() else {
-                continue;
-            };
+            let factor = bin.cholesky().ok_or_else(|| {
+                Error::Search("a bin's spectral matrix is not positive definite".into())
+            })?;
             // S⁻¹ ∂_iS
             let relative: Vec<Bin> = slopes.iter().map(|s| factor.solve(&s[k])).collect();
             let solved = factor.solve(y);

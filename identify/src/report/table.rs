@@ -1,7 +1,7 @@
 //! The table of parameters, as cells and as plain text.
 
 use super::number::Numbers;
-use super::words::advice;
+use super::words::{advice, misfit, work};
 use crate::fit::Fit;
 use crate::free::Free;
 use crate::verdict::Estimate;
@@ -76,6 +76,25 @@ pub fn table(fit: &Fit) -> String {
         text.push('\n');
     }
     // a terminal breaks no lines between number and unit
+    text.replace('\u{a0}', " ")
+}
+
+/// What a fit says in a terminal: [`table`], then how well the model explains the ride and how the
+/// search ended.
+pub fn summary(fit: &Fit) -> String {
+    let mut text = table(fit) + "\n" + &wrapped(&misfit(fit));
+    for replay in &fit.replays {
+        let _ = writeln!(
+            text,
+            "variance accounted for in {}: {:.0} %",
+            replay.channel,
+            100.0 * replay.variance_accounted_for
+        );
+    }
+    for note in &fit.notes {
+        text += &wrapped(&format!("note: {note}"));
+    }
+    text += &wrapped(&work(fit));
     text.replace('\u{a0}', " ")
 }
 

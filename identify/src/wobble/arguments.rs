@@ -34,6 +34,13 @@ pub struct BicycleArguments {
 }
 
 impl BicycleArguments {
+    /// Whether `name` was set on the command line.
+    pub fn sets(&self, name: &str) -> bool {
+        self.set
+            .iter()
+            .any(|text| text.split('=').next() == Some(name))
+    }
+
     /// The bicycle meant; its notes are told on stderr.
     pub fn open(&self) -> Result<Bicycle> {
         let changes = Changes {
@@ -105,11 +112,13 @@ impl RideArguments {
     /// Where `ride` came from, for the record.
     pub fn source(&self, ride: &Ride, times: Option<(f64, f64)>) -> Result<Source> {
         let origin = ride.origin.as_ref();
+        let import = self.import()?;
         Ok(Source {
             file: ride.name(),
             sha256: origin.map_or_else(String::new, |o| o.sha256.clone()),
             map: self.map.clone(),
-            rate: self.import()?.rate,
+            map_sha256: import.map.map(|map| map.sha256),
+            rate: import.rate,
             resample: self.resample,
             times,
             notes: ride.notes.clone(),

@@ -170,6 +170,7 @@ fn fit(ridden: &Ridden) -> Result<(Run, String)> {
         file: ride.name(),
         sha256: origin.map_or_else(String::new, |o| o.sha256.clone()),
         map: None,
+        map_sha256: None,
         rate: None,
         resample: false,
         times: None,
@@ -187,7 +188,7 @@ fn truth(run: &Run, ridden: &Ridden) -> Vec<(&'static str, f64)> {
     let gain = run
         .fit
         .steer_rate_deviation
-        .map_or(0.0, |s| std::f64::consts::FRAC_2_PI.sqrt() / s);
+        .map_or(0.0, identify::closed_loop::sign_gain);
     [
         ("cornering_stiffness", p.cornering_stiffness),
         ("camber_stiffness", p.camber_stiffness),

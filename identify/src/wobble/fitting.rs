@@ -14,7 +14,7 @@ use identify::fit;
 use identify::free::{ALL, Free};
 use identify::map::Map;
 use identify::objective::Objective;
-use identify::plan::Plan;
+use identify::plan::{self, Plan};
 use identify::ride::{Ride, quantity as channel_row};
 use identify::run::Run;
 use identify::{file, report};
@@ -67,7 +67,7 @@ pub struct Fit {
 impl Fit {
     pub fn run(&self) -> Result<()> {
         let bicycle = self.bicycle.open()?;
-        let plan = self.plan(&bicycle)?;
+        let mut plan = self.plan(&bicycle)?;
         let times = self
             .times
             .as_deref()
@@ -78,6 +78,13 @@ impl Fit {
             ride = ride.slice(start..stop)?;
         }
         ride.law_in_loop.get_or_insert(bicycle.law_in_loop);
+        if !self.noise.is_empty() {
+            let channels = plan::resolve(&ride, &plan)?.channels;
+            plan.noise = Some(noise_of(&self.noise, &channels)?);
+        }
+        if self.bicycle.sets("speed") && ride.has("speed") {
+            eprintln!("note: the ride records its speed; --set speed has no say in this fit");
+        }
         let run = run(
             &ride,
             &plan,
@@ -88,7 +95,7 @@ impl Fit {
         if let Some(path) = &self.report {
             file::write(path, report::html(&run, &ride)?)?;
         }
-        eprint!("{}", report::table(&run.fit));
+        eprint!("{}", report::summary(&run.fit));
         if self.output.json || self.output.out.is_some() {
             self.output.text(&(run.to_json() + "\n"))?;
         }
@@ -108,10 +115,6 @@ impl Fit {
         let channels = names("--channels", &self.channels, |name| {
             Ok(channel_row(name)?.name)
         })?;
-        let noise = match &self.noise[..] {
-            [] => None,
-            given => Some(noise_of(given, channels.as_deref())?),
-        };
         Ok(Plan {
             parameters: bicycle.parameters,
             formulation: bicycle.formulation,
@@ -120,9 +123,10 @@ impl Fit {
             objective: objective.transpose()?,
             channels,
             free: self.free()?,
+            bounds: self.bounds()?,
             recipe: self.spectrum.recipe()?,
             window: quantity("--window", &self.window, S)?,
-            noise,
+            noise: None,
             max_iterations: self.max_iterations,
         })
     }
@@ -134,37 +138,54 @@ impl Fit {
         } else {
             &self.free[..]
         };
-        let mut free = names("--free", asked, Free::new)?;
-        for text in &self.bounds {
+        let twice = asked
+            .iter()
+            .enumerate()
+            .find(|(i, name)| asked[..*i].contains(name));
+        if let Some((_, name)) = twice {
+            let form = Error::Form {
+                expected: "each name once",
+                found: name.clone(),
+            };
+            return Err(form.typed(format!("--free {}", asked.join(","))));
+        }
+        names("--free", asked, Free::new)
+    }
+
+    fn bounds(&self) -> Typed<Vec<Free>> {
+        let bound = |text: &String| {
             let typed = |cause: Error| cause.typed(format!("--bounds {text}"));
             let (name, ends) = assignment("--bounds", text)?;
-            let known: Vec<_> = free.iter().flatten().map(|f| f.row.name).collect();
-            let bounded = free.iter_mut().flatten().find(|f| f.row.name == name);
-            let bounded =
-                bounded.ok_or_else(|| typed(Error::unknown("free parameter", name, known)))?;
-            let (lower, upper) = pair("--bounds", ends, bounded.row.unit)?;
-            *bounded = bounded.within(lower, upper).map_err(typed)?;
-        }
-        Ok(free)
+            let free = Free::new(name).map_err(typed)?;
+            let (lower, upper) = pair("--bounds", ends, free.row.unit)?;
+            free.within(lower, upper).map_err(typed)
+        };
+        self.bounds.iter().map(bound).collect()
     }
 }
 
-/// The noise of each channel, in the order of `--channels`.
-fn noise_of(given: &[String], channels: Option<&[&'static str]>) -> Typed<Vec<f64>> {
-    let channels = channels.unwrap_or(&["steer"]);
+/// The noise of each of `channels`: of all of them, or it is no use to a spectrum of several.
+fn noise_of(given: &[String], channels: &[&'static str]) -> Typed<Vec<f64>> {
+    let typed = |cause: Error| cause.typed(format!("--noise {}", given.join(" --noise ")));
+    let form = |expected| {
+        typed(Error::Form {
+            expected,
+            found: given.join(" "),
+        })
+    };
     let of = |channel: &&str| {
+        let named = |text: &&String| text.split('=').next() == Some(channel);
         let text = given
             .iter()
-            .find(|text| text.split('=').next() == Some(channel));
-        let text = text.ok_or_else(|| {
-            let form = Error::Form {
-                expected: "the noise of every channel",
-                found: given.join(" "),
-            };
-            form.typed(format!("--noise {}", given.join(" --noise ")))
-        })?;
+            .find(named)
+            .ok_or_else(|| form("the noise of every channel"))?;
         let (name, value) = assignment("--noise", text)?;
-        quantity("--noise", value, channel_row(name)?.unit)
+        let noise = quantity("--noise", value, channel_row(name)?.unit)?;
+        if noise > 0.0 {
+            Ok(noise)
+        } else {
+            Err(form("a standard deviation above 0"))
+        }
     };
     channels.iter().map(of).collect()
 }
@@ -242,6 +263,18 @@ impl Report {
 /// The ride of a fit, which must be the same to the last byte.
 fn read_again(run: &Run, path: &Path) -> Result<Ride> {
     let map = run.ride.map.as_deref().map(Map::open).transpose()?;
+    let changed = map
+        .as_ref()
+        .filter(|map| run.ride.map_sha256.as_ref() != Some(&map.sha256));
+    if let Some(map) = changed {
+        return Err(Error::OtherFile {
+            file: run.ride.map.clone().unwrap_or_default(),
+            what: "map",
+            expected: run.ride.map_sha256.clone().unwrap_or_default(),
+            found: map.sha256.clone(),
+        }
+        .into());
+    }
     let import = Import {
         map,
         rate: run.ride.rate,
@@ -254,8 +287,9 @@ fn read_again(run: &Run, path: &Path) -> Result<Ride> {
         .map(|o| o.sha256.as_str())
         .unwrap_or_default();
     if found != run.ride.sha256 {
-        return Err(Error::OtherRide {
+        return Err(Error::OtherFile {
             file: path.display().to_string(),
+            what: "ride",
             expected: run.ride.sha256.clone(),
             found: found.into(),
         }

@@ -5,7 +5,7 @@ use crate::output::{Output, Progress};
 use anyhow::{Context, Result};
 use bicycle::cases::{self, Course};
 use bicycle::quantity::{HZ, N_M, S, Variability};
-use bicycle::{Excitation, Input, Parameters, Quantity};
+use bicycle::{Excitation, Formulation, Input, Parameters, Quantity};
 use clap::Args;
 use identify::bicycles::Bicycle;
 use identify::error::Error;
@@ -28,12 +28,20 @@ impl ListParameters {
     pub fn run(&self) -> Result<()> {
         let bicycle = self.bicycle.open()?;
         let rows = rows(&bicycle);
-        let json: Vec<_> = rows
+        let mut json: Vec<_> = rows
             .iter()
             .map(|(kind, row, value)| describe(kind, row, *value))
             .collect();
+        json.push(json!({
+            "name": "formulation", "kind": "fixed parameter", "value": bicycle.formulation.name(),
+            "nominal": Formulation::default().name(), "choices": Formulation::ALL.map(Formulation::name),
+            "description": bicycle.formulation.what(),
+        }));
         self.output.json_or(&json, || {
-            let mut text = String::new();
+            let mut text = format!(
+                "{:28} {:6} {:>12} {:10} fixed parameter\n    {}.\n",
+                "formulation", "", bicycle.formulation.name(), "", bicycle.formulation.what()
+            );
             for (kind, row, value) in &rows {
                 let Quantity { name, symbol, unit, min, max, what, source, .. } = row;
                 let measured = row.measured.map_or(String::new(), |(a, b)| format!(", measured {a}–{b}"));
@@ -85,7 +93,7 @@ pub struct Simulate {
     #[arg(long, default_value = "5ms", value_name = "TIME")]
     step: String,
     /// Change a parameter or an input under way, e.g. 5s:speed=3m/s
-    #[arg(long, value_name = "TIME:NAME=VALUE")]
+    #[arg(long, value_name = "TIME:NAME=VALUE", conflicts_with = "ride")]
     at: Vec<String>,
     /// Make a ride file as instruments would record it: sensor noise, remnant and line by --seed
     #[arg(long)]
@@ -112,7 +120,7 @@ impl Simulate {
         if self.ride {
             return self.ride(&bicycle, duration, step);
         }
-        let settings = self.settings(&bicycle)?;
+        let settings = self.settings(&bicycle, duration)?;
         let progress = Progress::new();
         progress.say("simulating");
         let trajectory = trajectory::simulate(&settings, bicycle.formulation, duration, step)?;
@@ -133,26 +141,45 @@ impl Simulate {
         self.output.json_or(&json, || trajectory.to_csv())
     }
 
-    fn settings(&self, bicycle: &Bicycle) -> Result<Vec<Settings>> {
+    fn settings(&self, bicycle: &Bicycle, duration: f64) -> Result<Vec<Settings>> {
         let mut changed = bicycle.clone();
         let settings = |from, b: &Bicycle| Settings {
             from,
             parameters: b.parameters,
             input: b.input,
         };
-        let mut all = vec![settings(0.0, bicycle)];
+        let mut changes = Vec::new();
         for text in &self.at {
-            let typed = |cause: Error| cause.typed(format!("--at {text}"));
-            let form = || Error::Form {
-                expected: "TIME:NAME=VALUE",
-                found: text.clone(),
+            let typed = |expected| {
+                Error::Form {
+                    expected,
+                    found: text.clone(),
+                }
+                .typed(format!("--at {text}"))
             };
-            let (time, assignment) = text.split_once(':').ok_or_else(|| typed(form()))?;
+            let (time, assignment) = text
+                .split_once(':')
+                .ok_or_else(|| typed("TIME:NAME=VALUE"))?;
             let from = quantity("--at", time, S)?;
-            changed.set(assignment).map_err(typed)?;
+            let name = assignment.split('=').next().unwrap_or_default();
+            let fixed = Parameters::index(name)
+                .is_some_and(|i| Parameters::TABLE[i].variability == Variability::Fixed);
+            if fixed || name == "formulation" || Excitation::index(name).is_some() {
+                return Err(typed("a row that may change under way").into());
+            }
+            if !(0.0..duration).contains(&from) {
+                return Err(typed("a time within the simulation").into());
+            }
+            changes.push((from, assignment, text));
+        }
+        changes.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let mut all = vec![settings(0.0, bicycle)];
+        for (from, assignment, text) in changes {
+            changed
+                .set(assignment)
+                .map_err(|cause| cause.typed(format!("--at {text}")))?;
             all.push(settings(from, &changed));
         }
-        all.sort_by(|a, b| a.from.total_cmp(&b.from));
         Ok(all)
     }
 
