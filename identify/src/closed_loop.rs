@@ -180,7 +180,7 @@ impl ClosedLoop {
             pass += 1;
             // Six passes give the spectrum to a per mille; the derivatives by differences, and
             // with them the verdict on what is singular, want the fixed point itself.
-            if pass == PASSES && !(change < 1e-6) {
+            if pass == PASSES && (change.is_nan() || change > 1e-6) {
                 return Err(Error::Search(format!(
                     "the linearisation still changed by {change:.1e} after {PASSES} passes"
                 )));

@@ -475,7 +475,10 @@ mod tests {
     #[test]
     fn typed_errors_are_told_from_others() {
         let unknown = || Error::unknown("parameter", "trial", ["trail"]);
-        assert!(!unknown().is_typed());
+        assert!(
+            !unknown().in_file("lab.toml").is_typed(),
+            "what stands in a file was not typed"
+        );
         let typed = unknown().typed("--set trial=3");
         assert!(typed.is_typed());
         assert_eq!(

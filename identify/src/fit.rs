@@ -259,7 +259,7 @@ fn search<L: Landscape>(
     Ok((outcome, work))
 }
 
-/// Searches with frozen weights until renewing them moves nothing.
+/// Searches with frozen weights, from the most likely point on, until renewing them moves nothing.
 fn fit_amplitude(
     spectral: &Spectral,
     free: &[Free],
@@ -268,13 +268,21 @@ fn fit_amplitude(
     progress: &dyn Fn(&str),
 ) -> Result<(Amplitude, Outcome, Work)> {
     const PASSES: u64 = 6;
-    let mut point = start;
-    let mut total = Work::default();
+    check_influence(
+        &Amplitude::new(spectral.clone(), &start)?,
+        free,
+        &start,
+        Objective::Amplitude,
+    )?;
+    // the likelihood carries its own weights and comes near from any start
+    let likelihood = Whittle {
+        spectral: spectral.clone(),
+    };
+    let (near, mut total) = search(&likelihood, free, start, plan, 1e-9)?;
+    let mut point = near.point;
+    total.passes = 0;
     loop {
         let problem = Amplitude::new(spectral.clone(), &point)?;
-        if total.passes == 0 {
-            check_influence(&problem, free, &point, Objective::Amplitude)?;
-        }
         let (outcome, work) = search(&problem, free, point.clone(), plan, 1e-9)?;
         total = Work {
             iterations: total.iterations + work.iterations,
@@ -288,7 +296,9 @@ fn fit_amplitude(
             return Ok((problem, outcome, total));
         }
         if total.passes == PASSES {
-            let termination = format!("the weights still moved after {PASSES} passes");
+            let termination = format!(
+                "the weights still moved the estimates by {moved:.1e} of their scale after {PASSES} passes"
+            );
             return Ok((
                 problem,
                 Outcome {

@@ -353,12 +353,12 @@ fn the_speed_typed_counts_where_none_was_recorded() {
         .split(',')
         .position(|name| name.starts_with("speed"))
         .expect("a column");
-    let without = |line: &str| match line.starts_with('#') {
-        true => line.to_owned(),
-        false => {
-            let cells = line.split(',').enumerate().filter(|(i, _)| *i != speed);
-            cells.map(|(_, cell)| cell).collect::<Vec<_>>().join(",")
+    let without = |line: &str| {
+        if line.starts_with('#') {
+            return line.to_owned();
         }
+        let cells = line.split(',').enumerate().filter(|(i, _)| *i != speed);
+        cells.map(|(_, cell)| cell).collect::<Vec<_>>().join(",")
     };
     let cut = text.lines().map(without).collect::<Vec<_>>().join("\n");
     fs::write(path.join("cut.csv"), cut).expect("written");

@@ -17,6 +17,7 @@ fn ridden(synthesis: &Synthesis, plan: &Plan) -> (Run, Ride) {
         file: "rides/monday <1>.csv".into(),
         sha256: "9f86d081".into(),
         map: Some("lab map.toml".into()),
+        map_sha256: None,
         rate: None,
         resample: true,
         times: Some((2.0, 26.0)),
