@@ -76,4 +76,6 @@ def falling():
         command += ["--set", setting]
     output = subprocess.run(command, check=True, capture_output=True, text=True)
     rows = json.loads(output.stdout)
-    return {row["name"]: row["value"] for row in rows if row["kind"].endswith("parameter")}
+    # the formulation travels as a name there and as a number in the FMU; it keeps its start
+    numbers = [row for row in rows if row["kind"].endswith("parameter") and "unit" in row]
+    return {row["name"]: row["value"] for row in numbers}
