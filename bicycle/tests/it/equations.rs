@@ -1,19 +1,20 @@
 //! `EQUATIONS.md` says what the code does: its symbols are the tables', its tests exist.
 
 use crate::marked::assert_block;
-use bicycle::{Excitation, Input, Output, Parameters, Path, Quantity, State};
+use bicycle::{Derived, Excitation, Input, Output, Parameters, Path, Quantity, State};
 use std::fmt::Write;
 
 const PATH: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/EQUATIONS.md");
 
 fn symbols() -> String {
     let mut text = String::from("| symbol | name | unit | what |\n|---|---|---|---|\n");
-    let tables: [(&str, &[Quantity]); 6] = [
+    let tables: [(&str, &[Quantity]); 7] = [
         ("states", State::TABLE),
         ("inputs", Input::TABLE),
         ("path", Path::TABLE),
         ("outputs", Output::TABLE),
         ("parameters", Parameters::TABLE),
+        ("derived from the parameters", Derived::TABLE),
         ("excitation and effective friction", Excitation::TABLE),
     ];
     for (title, table) in tables {
