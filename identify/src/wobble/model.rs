@@ -120,6 +120,9 @@ impl Simulate {
         if self.ride {
             return self.ride(&bicycle, duration, step);
         }
+        if bicycle.excitation != Excitation::default() {
+            eprintln!("note: the rider's remnant acts in rides only: --ride");
+        }
         let settings = self.settings(&bicycle, duration)?;
         let progress = Progress::new();
         progress.say("simulating");
