@@ -8,7 +8,7 @@
 use crate::error::{Error, Result};
 use crate::spectrum::Kernel;
 use bicycle::linear::{self, Apart, StateMatrix};
-use bicycle::{Formulation, Input, Parameters, State};
+use bicycle::{Formulation, Input, Parameters};
 use nalgebra::{Complex, DMatrix, Matrix5, SMatrix, SVector, Vector5};
 use std::f64::consts::{FRAC_2_PI, TAU};
 
@@ -19,11 +19,6 @@ const YAW_RATE: usize = 4;
 
 /// Above this steering [rad rms] the linearisation has not been checked.
 pub const STEER_CHECKED: f64 = 5.0 * std::f64::consts::PI / 180.0;
-
-/// What a measured channel is to the model: an entry of the state.
-pub fn state_index(channel: &str) -> Option<usize> {
-    State::index(channel)
-}
 
 /// A deterministic line as the loop sees it: its frequency and the steer amplitude it leaves.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -223,13 +223,6 @@ pub enum Error {
         from: f64,
         to: f64,
     },
-    /// A ride shorter than what is to be done with it.
-    #[error("{ride}: expected at least {expected} s, found {found} s")]
-    Short {
-        ride: String,
-        expected: f64,
-        found: f64,
-    },
 
     // ── maps and bicycles ──────────────────────────────────────────────────────────────────
     /// A calibration that maps everything to one value.

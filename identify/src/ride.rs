@@ -226,19 +226,6 @@ impl Ride {
         }
     }
 
-    /// An error where the ride is shorter than `expected` [s].
-    pub fn check_duration(&self, expected: f64) -> Result<()> {
-        let found = nanoseconds(self.duration());
-        if found < expected {
-            return Err(Error::Short {
-                ride: self.name(),
-                expected,
-                found,
-            });
-        }
-        Ok(())
-    }
-
     /// The samples at times start ≤ t < stop [s] on the clock of the recording, at least two.
     pub fn slice(&self, times: Range<f64>) -> Result<Self> {
         // a millionth of a step forgives the rounding of times in files

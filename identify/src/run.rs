@@ -38,6 +38,23 @@ pub struct Source {
     pub notes: Vec<String>,
 }
 
+impl Source {
+    /// The file behind `ride`, read whole and without a map.
+    pub fn of(ride: &Ride) -> Self {
+        let origin = ride.origin.as_ref();
+        Self {
+            file: ride.name(),
+            sha256: origin.map_or_else(String::new, |o| o.sha256.clone()),
+            map: None,
+            map_sha256: None,
+            rate: None,
+            resample: false,
+            times: None,
+            notes: ride.notes.clone(),
+        }
+    }
+}
+
 /// The bicycle a fit started from.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Start {

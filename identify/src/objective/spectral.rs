@@ -1,11 +1,11 @@
 //! Spectra measured and expected: what `amplitude` and `whittle` share.
 
 use super::{Information, Unknowns};
-use crate::closed_loop::{ClosedLoop, Drive, LineMotion, state_index};
+use crate::closed_loop::{ClosedLoop, Drive, LineMotion};
 use crate::error::{Error, Result};
 use crate::ride::Ride;
 use crate::spectrum::{Analysis, Kernel, Recipe};
-use bicycle::Formulation;
+use bicycle::{Formulation, State};
 use nalgebra::{Complex, DMatrix, DVector};
 
 /// Above this frequency [Hz] a bicycle does not move and a channel is noise.
@@ -83,8 +83,8 @@ impl Measured {
         let states = channels
             .iter()
             .map(|c| {
-                state_index(c).ok_or_else(|| {
-                    Error::unknown("state", c, bicycle::State::TABLE.iter().map(|row| row.name))
+                State::index(c).ok_or_else(|| {
+                    Error::unknown("state", c, State::TABLE.iter().map(|row| row.name))
                 })
             })
             .collect::<Result<_>>()?;

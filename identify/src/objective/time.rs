@@ -11,7 +11,6 @@ pub use replay::Replay;
 
 use super::spectral::estimated_noise;
 use super::{Information, Unknowns};
-use crate::closed_loop::state_index;
 use crate::error::{Error, Result};
 use crate::ride::Ride;
 use crate::solver::{Block, Landscape, Quadratic};
@@ -111,7 +110,7 @@ impl Time {
             let seen = || estimated_noise(&analysis, ride, channel);
             deviations.push(given.map_or_else(seen, Ok)?);
             measured.push(samples.to_vec());
-            states.push(state_index(channel).ok_or_else(|| {
+            states.push(State::index(channel).ok_or_else(|| {
                 Error::unknown("state", channel, State::TABLE.iter().map(|row| row.name))
             })?);
         }

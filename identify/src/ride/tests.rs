@@ -67,7 +67,7 @@ fn errors_name_the_channel() {
 }
 
 #[test]
-fn standstill_and_shortness_are_found() {
+fn standstill_is_found() {
     let mut ride = ride();
     let spans: Vec<String> = ride.standstill().iter().map(Span::to_string).collect();
     assert_eq!(spans, ["2 to 2.005 s", "2.02 s"]);
@@ -77,9 +77,4 @@ fn standstill_and_shortness_are_found() {
     );
     ride.insert("speed", vec![2.0; 6]).unwrap();
     ride.check_moving().unwrap();
-    ride.check_duration(0.03).unwrap();
-    assert_eq!(
-        ride.check_duration(5.0).unwrap_err().to_string(),
-        "ride: expected at least 5 s, found 0.03 s"
-    );
 }

@@ -111,17 +111,14 @@ impl RideArguments {
 
     /// Where `ride` came from, for the record.
     pub fn source(&self, ride: &Ride, times: Option<(f64, f64)>) -> Result<Source> {
-        let origin = ride.origin.as_ref();
         let import = self.import()?;
         Ok(Source {
-            file: ride.name(),
-            sha256: origin.map_or_else(String::new, |o| o.sha256.clone()),
             map: self.map.clone(),
             map_sha256: import.map.map(|map| map.sha256),
             rate: import.rate,
             resample: self.resample,
             times,
-            notes: ride.notes.clone(),
+            ..Source::of(ride)
         })
     }
 }

@@ -165,18 +165,7 @@ fn fit(ridden: &Ridden) -> Result<(Run, String)> {
         },
         ..Plan::default()
     };
-    let origin = ride.origin.as_ref();
-    let source = Source {
-        file: ride.name(),
-        sha256: origin.map_or_else(String::new, |o| o.sha256.clone()),
-        map: None,
-        map_sha256: None,
-        rate: None,
-        resample: false,
-        times: None,
-        notes: ride.notes.clone(),
-    };
-    let run = fitting::run(&ride, &plan, &ridden.bicycle, source, 1000)?;
+    let run = fitting::run(&ride, &plan, &ridden.bicycle, Source::of(&ride), 1000)?;
     let html = report::html(&run, &ride)?;
     Ok((run, html))
 }
