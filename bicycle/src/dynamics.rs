@@ -9,9 +9,11 @@ use crate::real::{Real, sign};
 use crate::rider;
 use crate::state::{Derived, Input, Output, Path, State};
 use crate::tyre;
+use serde::{Deserialize, Serialize};
 
 /// Which reading of the paper's equations is meant.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Formulation {
     /// Literally as printed.
     Printed,
@@ -139,6 +141,34 @@ impl<T: Real> Nonlinear<T> {
     }
 }
 
+/// Sines and cosines at a state: several terms ask for the same ones, and they are most of the
+/// work.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Angles<T> {
+    /// sin φ.
+    pub sin_roll: T,
+    /// cos φ.
+    pub cos_roll: T,
+    /// sin θ.
+    pub sin_steer: T,
+    /// cos θ.
+    pub cos_steer: T,
+}
+
+impl<T: Real> Angles<T> {
+    /// Those of the roll and the steer angle.
+    pub fn at(x: &State<T>) -> Self {
+        let (sin_roll, cos_roll) = x.roll.sin_cos();
+        let (sin_steer, cos_steer) = x.steer.sin_cos();
+        Self {
+            sin_roll,
+            cos_roll,
+            sin_steer,
+            cos_steer,
+        }
+    }
+}
+
 /// Yaw acceleration ψ̈ [rad/s²], (7).
 ///
 /// printed `I_zz ψ̈ = (L F_z/I_zz) C_θ β − C_φ (φ + θ sin λ)`;
@@ -171,17 +201,18 @@ pub fn roll_acceleration<T: Real>(
     x: &State<T>,
     u: &Input<T>,
     n: &Nonlinear<T>,
+    a: &Angles<T>,
 ) -> T {
     let (p, m, v) = (&b.p, &b.lumps, u.speed);
-    let (sin_steer, cos_steer) = x.steer.sin_cos();
+    let (sin_steer, cos_steer) = (a.sin_steer, a.cos_steer);
     let cross = m.cross_inertia * x.steer_rate * v / (p.wheelbase * cos_steer * cos_steer);
-    let gravity = m.total_mass * p.gravity * m.cog_height * x.roll.sin();
+    let gravity = m.total_mass * p.gravity * m.cog_height * a.sin_roll;
     let rear_gyro = p.rear_wheel_inertia * x.yaw_rate * v / p.rear_wheel_radius;
     let centrifugal = m.total_mass * m.cog_height * v * x.yaw_rate;
     let front_gyro = p.front_wheel_inertia / cos_steer
         * (v / p.front_wheel_radius)
         * (x.yaw_rate + x.steer_rate);
-    let contact = b.front_load * sin_steer * tyre::effective_trail(b, x.roll, n.steer_sign);
+    let contact = b.front_load * sin_steer * tyre::effective_trail(b, a, n.steer_sign);
     (cross + gravity + rear_gyro + centrifugal + front_gyro - contact + u.roll_moment)
         / m.roll_inertia
 }
@@ -197,17 +228,16 @@ pub fn steer_acceleration<T: Real>(
     x: &State<T>,
     u: &Input<T>,
     n: &Nonlinear<T>,
+    a: &Angles<T>,
 ) -> T {
     let (p, v) = (&b.p, u.speed);
     let gamma = x.roll - x.steer * b.sin_caster;
     let sin_gamma = gamma.sin();
-    let (sin_steer, cos_steer) = x.steer.sin_cos();
-    let (sin_roll, cos_roll) = x.roll.sin_cos();
-    let trail = tyre::effective_trail(b, x.roll, n.steer_sign);
+    let trail = tyre::effective_trail(b, a, n.steer_sign);
     let beta = tyre::slip_angle(x.steer, n.path_angle);
 
     let wheel_weight = p.front_wheel_mass * p.gravity * sin_gamma * b.fork_offset;
-    let turning = v * (sin_steer / cos_steer) / p.wheelbase;
+    let turning = v * (a.sin_steer / a.cos_steer) / p.wheelbase;
     let spin = match b.formulation {
         Formulation::Printed | Formulation::Minimal => T::from(1.0),
         Formulation::Repaired => v / p.front_wheel_radius,
@@ -218,13 +248,13 @@ pub fn steer_acceleration<T: Real>(
     let weight = trail * b.front_load * sin_gamma;
     let cornering_arm = match b.formulation {
         Formulation::Printed | Formulation::Minimal => {
-            p.trail * cos_roll + p.front_wheel_radius * sin_roll
+            p.trail * a.cos_roll + p.front_wheel_radius * a.sin_roll
         }
         Formulation::Repaired => trail,
     };
     let cornering = tyre::lateral_force(b, beta) * cornering_arm;
     let camber_arm = match b.formulation {
-        Formulation::Printed | Formulation::Minimal => cos_roll,
+        Formulation::Printed | Formulation::Minimal => a.cos_roll,
         Formulation::Repaired => trail,
     };
     let camber = p.camber_stiffness * gamma * b.front_load * camber_arm;
@@ -238,9 +268,19 @@ pub fn derivative_with<T: Real>(
     u: &Input<T>,
     n: &Nonlinear<T>,
 ) -> State<T> {
+    rate(b, x, u, n, &Angles::at(x))
+}
+
+fn rate<T: Real>(
+    b: &Bicycle<T>,
+    x: &State<T>,
+    u: &Input<T>,
+    n: &Nonlinear<T>,
+    a: &Angles<T>,
+) -> State<T> {
     State {
-        roll_rate: roll_acceleration(b, x, u, n),
-        steer_rate: steer_acceleration(b, x, u, n),
+        roll_rate: roll_acceleration(b, x, u, n, a),
+        steer_rate: steer_acceleration(b, x, u, n, a),
         roll: x.roll_rate,
         steer: x.steer_rate,
         yaw_rate: yaw_acceleration(b, x, n),
@@ -264,8 +304,20 @@ pub fn path_derivative<T: Real>(x: &State<T>, path: &Path<T>, speed: T) -> Path<
 
 /// Everything that can be seen at a state.
 pub fn output<T: Real>(b: &Bicycle<T>, x: &State<T>, path: &Path<T>, u: &Input<T>) -> Output<T> {
-    let n = Nonlinear::at(b, x, u.speed);
-    let dx = derivative_with(b, x, u, &n);
+    output_with(b, x, path, u, &Nonlinear::at(b, x, u.speed))
+}
+
+/// Everything that can be seen at a state with the nonlinear terms given.
+pub fn output_with<T: Real>(
+    b: &Bicycle<T>,
+    x: &State<T>,
+    path: &Path<T>,
+    u: &Input<T>,
+    n: &Nonlinear<T>,
+) -> Output<T> {
+    let angles = Angles::at(x);
+    let dx = rate(b, x, u, n, &angles);
+    let place = path_derivative(x, path, u.speed);
     let slip_angle = tyre::slip_angle(x.steer, n.path_angle);
     Output {
         roll: x.roll,
@@ -278,7 +330,7 @@ pub fn output<T: Real>(b: &Bicycle<T>, x: &State<T>, path: &Path<T>, u: &Input<T
         y: path.y,
         slip_angle,
         camber_angle: tyre::camber_angle(b, x),
-        effective_trail: tyre::effective_trail(b, x.roll, n.steer_sign),
+        effective_trail: tyre::effective_trail(b, &angles, n.steer_sign),
         lateral_force: tyre::lateral_force(b, slip_angle),
         camber_thrust: tyre::camber_thrust(b, x),
         rear_lateral_force: T::from(0.0),
@@ -287,5 +339,8 @@ pub fn output<T: Real>(b: &Bicycle<T>, x: &State<T>, path: &Path<T>, u: &Input<T
         rider_torque: rider::torque(&b.p, x, u.speed),
         steer_acceleration: dx.steer_rate,
         roll_acceleration: dx.roll_rate,
+        yaw_acceleration: dx.yaw_rate,
+        x_rate: place.x,
+        y_rate: place.y,
     }
 }

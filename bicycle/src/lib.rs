@@ -27,6 +27,7 @@ pub mod parameters;
 pub mod quantity;
 pub mod real;
 pub mod rider;
+pub mod sensitivity;
 pub mod simulate;
 pub mod state;
 pub mod tyre;

@@ -3,7 +3,7 @@
 use crate::dynamics::{Bicycle, Formulation, Nonlinear, derivative, derivative_with};
 use crate::parameters::Parameters;
 use crate::state::{Input, State};
-use nalgebra::{Complex, DMatrix, SMatrix, SVector};
+use nalgebra::{Complex, DMatrix, SMatrix, SVector, Schur};
 use num_dual::{Dual2SVec64, DualSVec64};
 
 /// ∂ẋ/∂x, rows and columns in the order of [`State`].
@@ -19,7 +19,8 @@ fn seed<const N: usize>(value: f64, index: usize) -> DualSVec64<N> {
     )
 }
 
-fn partial<const N: usize>(value: &DualSVec64<N>, index: usize) -> f64 {
+/// The derivative of `value` in direction `index`.
+pub(crate) fn partial<const N: usize>(value: &DualSVec64<N>, index: usize) -> f64 {
     value
         .eps
         .unwrap_generic(nalgebra::Const::<N>, nalgebra::Const::<1>)[index]
@@ -129,14 +130,21 @@ fn steer_sign_products(p: &Parameters, formulation: Formulation, speed: f64) -> 
     })
 }
 
-/// Eigenvalues [1/s] of a state matrix, largest real part first.
+/// Eigenvalues [1/s] of a state matrix, largest real part first; NaN where it is not finite.
 pub fn eigenvalues(a: &StateMatrix) -> Vec<Complex<f64>> {
+    let unknown = vec![Complex::new(f64::NAN, f64::NAN); 5];
     if a.iter().any(|v| !v.is_finite()) {
-        // the iteration behind would not end
-        return vec![Complex::new(f64::NAN, f64::NAN); 5];
+        return unknown;
     }
+    // The QR iteration mostly takes some ten rounds. One matrix in a million sends it round in
+    // circles; its transpose, with the same eigenvalues, takes another way.
     let dynamic = DMatrix::from_column_slice(5, 5, a.as_slice());
-    let mut values: Vec<_> = dynamic.complex_eigenvalues().iter().copied().collect();
+    let schur = Schur::try_new(dynamic.clone(), f64::EPSILON, 1000)
+        .or_else(|| Schur::try_new(dynamic.transpose(), f64::EPSILON, 1000));
+    let Some(schur) = schur else {
+        return unknown;
+    };
+    let mut values: Vec<_> = schur.complex_eigenvalues().iter().copied().collect();
     values.sort_by(|a, b| b.re.total_cmp(&a.re).then(b.im.total_cmp(&a.im)));
     values
 }

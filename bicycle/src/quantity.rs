@@ -92,6 +92,32 @@ impl Quantity {
     }
 }
 
+/// The index of the row of `table` called `name`, also at compile time.
+pub(crate) const fn position(table: &[Quantity], name: &str) -> Option<usize> {
+    let mut i = 0;
+    while i < table.len() {
+        if same(table[i].name.as_bytes(), name.as_bytes()) {
+            return Some(i);
+        }
+        i += 1;
+    }
+    None
+}
+
+const fn same(a: &[u8], b: &[u8]) -> bool {
+    if a.len() != b.len() {
+        return false;
+    }
+    let mut i = 0;
+    while i < a.len() {
+        if a[i] != b[i] {
+            return false;
+        }
+        i += 1;
+    }
+    true
+}
+
 /// Vectors that an integrator can step along.
 pub trait Vector<T>: Copy {
     /// `self + h · slope`.
@@ -123,7 +149,7 @@ macro_rules! rows {
         )+
     ) => {
         $(#[$outer])*
-        #[derive(Debug, Clone, Copy, PartialEq)]
+        #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
         pub struct $Name<T = f64> {
             $($(
                 #[doc = concat!($what, ", ", $symbol, " [", stringify!($unit), "].")]
@@ -151,9 +177,19 @@ macro_rules! rows {
             /// How many rows there are.
             pub const LEN: usize = Self::TABLE.len();
 
+            /// Zero in every row: no change, no slope.
+            pub const ZERO: Self = Self { $($($field: 0.0,)+)+ };
+
             /// The index of the row called `name`.
-            pub fn index(name: &str) -> Option<usize> {
-                Self::TABLE.iter().position(|row| row.name == name)
+            pub const fn index(name: &str) -> Option<usize> {
+                $crate::quantity::position(Self::TABLE, name)
+            }
+
+            /// Whether every value is the other's to the last bit. Without a branch for each: it is
+            /// asked at every step of a co-simulation.
+            pub fn has_bits_of(&self, other: &Self) -> bool {
+                let differing = 0 $($(| (self.$field.to_bits() ^ other.$field.to_bits()))+)+;
+                differing == 0
             }
         }
 
@@ -184,6 +220,11 @@ macro_rules! rows {
             /// The same rows over another scalar.
             pub fn map<U: Copy>(&self, mut f: impl FnMut(T) -> U) -> $Name<U> {
                 $Name { $($($field: f(self.$field),)+)+ }
+            }
+
+            /// The same rows over another scalar, each made of two.
+            pub fn zip<U: Copy, V: Copy>(&self, other: &$Name<U>, mut f: impl FnMut(T, U) -> V) -> $Name<V> {
+                $Name { $($($field: f(self.$field, other.$field),)+)+ }
             }
         }
 

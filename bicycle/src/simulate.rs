@@ -1,14 +1,26 @@
 //! The reference stepper: classical Runge–Kutta on a fixed grid, exact arrival at any instant, the
 //! steer limit located in time. FMU, native runs and oracles all use this one.
 
+mod change;
+mod look;
+mod ramp;
+mod saved;
+mod stability;
+mod stop;
+
+pub use stability::{Refusal, stability_limit};
+pub use stop::Stop;
+
 use crate::dynamics::{self, Bicycle, Formulation};
-use crate::linear;
 use crate::parameters::Parameters;
-use crate::quantity::{Variability, Vector};
+use crate::quantity::Vector;
 use crate::real::Real;
-use crate::state::{Input, Output, Path, State};
+use crate::state::{Input, Path, State};
+use ramp::Ramp;
+use saved::Saved;
+use serde::{Deserialize, Serialize};
+use stability::StableSpeeds;
 use std::f64::consts::FRAC_PI_2;
-use std::fmt;
 
 /// One step of the classical fourth-order Runge–Kutta method; `f` is given the fraction of the
 /// step (0, ½, 1) and the state there.
@@ -25,108 +37,8 @@ pub fn rk4<T: Real, X: Vector<T>>(x: X, h: T, mut f: impl FnMut(f64, &X) -> X) -
         .along(sixth, &k4)
 }
 
-/// Why a simulation ended before it was asked to.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Stop {
-    /// |steer| reached `steer_limit` at time `t` [s].
-    SteerLimit {
-        /// Time of the event [s].
-        t: f64,
-    },
-    /// After time `t` [s] the bicycle lay on its side (|roll| > 90°) or a state was not finite.
-    Diverged {
-        /// Last time with a meaningful state [s].
-        t: f64,
-    },
-}
-
-impl Stop {
-    /// When it ended [s].
-    pub fn time(self) -> f64 {
-        match self {
-            Self::SteerLimit { t } | Self::Diverged { t } => t,
-        }
-    }
-
-    /// The word for it in files: `steer_limit` or `diverged`.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::SteerLimit { .. } => "steer_limit",
-            Self::Diverged { .. } => "diverged",
-        }
-    }
-}
-
-impl fmt::Display for Stop {
-    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        match self {
-            Self::SteerLimit { t } => write!(f, "the steer limit was reached at {t} s"),
-            Self::Diverged { t } => write!(f, "the bicycle fell over after {t} s"),
-        }
-    }
-}
-
-impl std::error::Error for Stop {}
-
-/// Why a simulation was not started, or a change not taken.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Refusal {
-    /// The internal step is too long for explicit steps of these parameters.
-    StepTooLong {
-        /// The row `internal_step` [s].
-        step: f64,
-        /// The longest stable step [s].
-        limit: f64,
-    },
-    /// The load lifts the front wheel.
-    FrontLifted {
-        /// Front normal load [N].
-        front_load: f64,
-    },
-}
-
-impl fmt::Display for Refusal {
-    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        match self {
-            Self::StepTooLong { step, limit } => write!(
-                f,
-                "internal_step: expected less than {limit:.3e} s, the stability limit of these \
-                 parameters at this speed, found {step:.3e} s"
-            ),
-            Self::FrontLifted { front_load } => {
-                write!(
-                    f,
-                    "expected a front wheel on the ground, found a front load of {front_load:.1} N"
-                )
-            }
-        }
-    }
-}
-
-impl std::error::Error for Refusal {}
-
-/// Every z = h λ with Re z ≤ 0 and |z| up to this lies in the stability region of [`rk4`]; its
-/// border comes nearest to the origin, 2.616, at 123° (2.785 on the real, 2.828 on the imaginary axis).
-const STABLE_RADIUS: f64 = 2.6;
-
-/// Longest step [s] of [`rk4`] at `speed` [m/s] with which every decaying mode of the bicycle
-/// upright decays, smoothed Coulomb friction (a jump, width 0, has no slope) and rider law included.
-/// A bound a few per cent short of the limit, 0 where there is none.
-pub fn stability_limit(b: &Bicycle, speed: f64) -> f64 {
-    let mut upright = *b;
-    if b.p.steer_rate_smoothing == 0.0 {
-        upright.p.coulomb_friction = 0.0;
-    }
-    let input = Input {
-        speed,
-        ..Input::default()
-    };
-    let (a, _) = linear::linearize(&upright, &State::default(), &input);
-    STABLE_RADIUS / linear::spectral_bound(&a)
-}
-
 /// State and path at a time.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 struct Moment {
     time: f64,
     state: State,
@@ -136,15 +48,27 @@ struct Moment {
 /// A bicycle under way.
 ///
 /// The internal grid is t₀ + n·Δ (Δ the row `internal_step`). An arrival between grid points is
-/// computed on a copy; the grid state is kept as long as no input and no parameter changes value
-/// (compared bitwise). When one does, the copy becomes the state at that instant, and the next
-/// internal step is shortened to end on the next grid point. So results depend on the instants of
-/// change, not on how often one looks (but for a steer limit that is passed and left again within
-/// one internal step: only who looks in between sees it). Cloning gives a second bicycle that goes on from here.
-#[derive(Debug, Clone)]
+/// computed on a copy; the grid state is kept as long as no input, no slope of an input and no
+/// parameter changes value (compared bitwise). When one does, the copy becomes the state at that
+/// instant, and the next internal step is shortened to end on the next grid point. So results
+/// depend on the instants of change, not on how often one looks (but for a steer limit that is
+/// passed and left again within one internal step: only who looks in between sees it).
+///
+/// Inputs run straight in time, u(t) = u + u̇ (t − t_c) from the instant of change t_c on; every
+/// stage of a step takes them at its own time. Setting the values that they have just reached, with
+/// the same slopes, is no change: they go on from t_c.
+///
+/// Cloning gives a second bicycle that goes on from here, and so does saving and restoring, to the
+/// last bit. What is restored is checked first: whatever the bytes, [`Self::advance`] then neither
+/// panics nor works longer than it was asked to. Parameters outside the ranges of their rows, which
+/// are allowed under way, are refused there.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(try_from = "Saved", into = "Saved")]
 pub struct Simulation {
     bicycle: Bicycle,
-    input: Input,
+    /// Speeds at which this bicycle can be stepped.
+    stable: StableSpeeds,
+    ramp: Ramp,
     start_time: f64,
     /// Where the next internal step starts: a grid point or the instant of the last change.
     base: Moment,
@@ -168,7 +92,7 @@ impl Simulation {
         start_time: f64,
     ) -> Result<Self, Refusal> {
         let bicycle = Bicycle::new(parameters, formulation);
-        check(&bicycle, &input)?;
+        let stable = StableSpeeds::around(&bicycle, input.speed)?;
         let state = State {
             roll_rate: parameters.roll_rate_start,
             steer_rate: parameters.steer_rate_start,
@@ -183,7 +107,8 @@ impl Simulation {
         };
         Ok(Self {
             bicycle,
-            input,
+            stable,
+            ramp: Ramp::constant(input, start_time),
             start_time,
             base: start,
             base_on_grid: true,
@@ -193,50 +118,6 @@ impl Simulation {
             stop: None,
             derivatives: 0,
         })
-    }
-
-    /// Sets the inputs from here on.
-    pub fn set_input(&mut self, input: Input) -> Result<(), Refusal> {
-        if bits(&input.to_array()) != bits(&self.input.to_array()) {
-            if input.speed.to_bits() != self.input.speed.to_bits() {
-                check(&self.bicycle, &input)?;
-            }
-            self.input = input;
-            self.settle();
-        }
-        Ok(())
-    }
-
-    /// Sets the tunable parameters from here on; fixed rows keep the values they started with.
-    pub fn set_parameters(&mut self, parameters: &Parameters) -> Result<(), Refusal> {
-        self.set(parameters, self.input)
-    }
-
-    /// Sets tunable parameters and inputs at once, refused or taken together.
-    pub fn set(&mut self, parameters: &Parameters, input: Input) -> Result<(), Refusal> {
-        let (old, new) = (self.bicycle.p.to_array(), parameters.to_array());
-        let values = std::array::from_fn(|i| match Parameters::TABLE[i].variability {
-            Variability::Fixed => old[i],
-            Variability::Tunable | Variability::Continuous => new[i],
-        });
-        if bits(&values) == bits(&old) {
-            return self.set_input(input);
-        }
-        let bicycle = Bicycle::new(&Parameters::from_array(values), self.bicycle.formulation);
-        check(&bicycle, &input)?;
-        self.bicycle = bicycle;
-        self.input = input;
-        self.settle();
-        Ok(())
-    }
-
-    /// The copy becomes the state: something changes at this instant.
-    fn settle(&mut self) {
-        if self.ahead {
-            self.base = self.here;
-            self.base_on_grid = false;
-            self.ahead = false;
-        }
     }
 
     /// Goes on to time `to` [s] (no further back than [`Self::time`]) and arrives exactly there,
@@ -249,10 +130,9 @@ impl Simulation {
             return Ok(());
         }
         let step = self.bicycle.p.internal_step;
-        // instants closer than this are one: a billionth of a step, or the rounding of `to`
-        let slack = (1e-9 * step).max(4.0 * (to.abs().next_up() - to.abs()));
+        let slack = slack(step, to);
         loop {
-            let grid = self.start_time + self.next as f64 * step;
+            let grid = self.grid(self.next);
             if grid > to + slack {
                 break;
             }
@@ -281,7 +161,25 @@ impl Simulation {
             time: to,
             ..arrival
         };
+        if self.ramp.slope.speed != 0.0 {
+            self.note_speed();
+        }
         Ok(())
+    }
+
+    /// The time of grid point `n` [s].
+    fn grid(&self, n: u64) -> f64 {
+        self.start_time + n as f64 * self.bicycle.p.internal_step
+    }
+
+    /// The time at which the equations see us [s]: the grid point's, where we are on one up to
+    /// rounding.
+    fn instant(&self) -> f64 {
+        if self.ahead {
+            self.here.time
+        } else {
+            self.base.time
+        }
     }
 
     /// One internal step of `h` from `from`; on a stop, `here` is left where it happened.
@@ -305,6 +203,7 @@ impl Simulation {
 
     fn end(&mut self, at: Moment, stop: Stop) -> Stop {
         self.here = at;
+        self.ahead = true;
         self.stop = Some(stop);
         stop
     }
@@ -329,11 +228,12 @@ impl Simulation {
     }
 
     fn rk4(&mut self, from: Moment, h: f64) -> Moment {
-        let (b, u) = (&self.bicycle, &self.input);
+        let (b, ramp) = (&self.bicycle, &self.ramp);
         self.derivatives += 4;
-        let (state, path) = rk4((from.state, from.path), h, |_, (x, path)| {
+        let (state, path) = rk4((from.state, from.path), h, |fraction, (x, path)| {
+            let u = ramp.at(from.time + fraction * h);
             (
-                dynamics::derivative(b, x, u),
+                dynamics::derivative(b, x, &u),
                 dynamics::path_derivative(x, path, u.speed),
             )
         });
@@ -344,34 +244,9 @@ impl Simulation {
         }
     }
 
-    /// Where we are [s].
-    pub fn time(&self) -> f64 {
-        self.here.time
-    }
-
-    /// The state there.
-    pub fn state(&self) -> &State {
-        &self.here.state
-    }
-
-    /// Everything that can be seen there.
-    pub fn output(&self) -> Output {
-        dynamics::output(
-            &self.bicycle,
-            &self.here.state,
-            &self.here.path,
-            &self.input,
-        )
-    }
-
     /// The parameters in force.
     pub fn parameters(&self) -> &Parameters {
         &self.bicycle.p
-    }
-
-    /// The inputs in force.
-    pub fn input(&self) -> &Input {
-        &self.input
     }
 
     /// The bicycle in force.
@@ -390,20 +265,8 @@ impl Simulation {
     }
 }
 
-fn bits<const N: usize>(values: &[f64; N]) -> [u64; N] {
-    values.map(f64::to_bits)
-}
-
-/// The conditions under which explicit steps make sense.
-fn check(b: &Bicycle, u: &Input) -> Result<(), Refusal> {
-    if b.front_load <= 0.0 {
-        return Err(Refusal::FrontLifted {
-            front_load: b.front_load,
-        });
-    }
-    let (step, limit) = (b.p.internal_step, stability_limit(b, u.speed));
-    if step > limit {
-        return Err(Refusal::StepTooLong { step, limit });
-    }
-    Ok(())
+/// Instants closer to `time` [s] than this are one with it: a billionth of a step, or the rounding
+/// of `time`.
+fn slack(step: f64, time: f64) -> f64 {
+    (1e-9 * step).max(4.0 * (time.abs().next_up() - time.abs()))
 }

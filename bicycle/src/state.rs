@@ -63,6 +63,9 @@ rows! {
         rider_torque: "τ_h" N_M = 0.0, in [-FREE, FREE], "Steer torque of the rider law, left positive", "rider law";
         steer_acceleration: "θ̈" RAD_PER_S2 = 0.0, in [-FREE, FREE], "Steer acceleration, left positive", "paper, (9)";
         roll_acceleration: "φ̈" RAD_PER_S2 = 0.0, in [-FREE, FREE], "Roll acceleration, right positive", "paper, (8)";
+        yaw_acceleration: "ψ̈" RAD_PER_S2 = 0.0, in [-FREE, FREE], "Yaw acceleration, left positive", "paper, (7)";
+        x_rate: "ẋ" M_PER_S = 0.0, in [-FREE, FREE], "Velocity of the rear contact point, forward", "V cos ψ";
+        y_rate: "ẏ" M_PER_S = 0.0, in [-FREE, FREE], "Velocity of the rear contact point, left", "V sin ψ";
     }
 }
 

@@ -1,19 +1,19 @@
 //! The front contact: how it moves, how it slips, what it pushes with. Equations (1)–(6).
 
-use crate::dynamics::{Bicycle, Formulation};
+use crate::dynamics::{Angles, Bicycle, Formulation};
 use crate::real::Real;
 use crate::state::State;
 
 /// Shift of the front contact point δL₃ [m], (1).   `δL₃ = r_f sin φ`
-pub fn contact_shift<T: Real>(b: &Bicycle<T>, roll: T) -> T {
-    b.p.front_wheel_radius * roll.sin()
+pub fn contact_shift<T: Real>(b: &Bicycle<T>, a: &Angles<T>) -> T {
+    b.p.front_wheel_radius * a.sin_roll
 }
 
 /// Trail after the contact point has moved L₃' [m], (2).   `L₃' = L₃ cos φ + r_f sin φ · sign θ`
 ///
 /// `steer_sign` is sign θ, smoothed or not.
-pub fn effective_trail<T: Real>(b: &Bicycle<T>, roll: T, steer_sign: T) -> T {
-    b.p.trail * roll.cos() + contact_shift(b, roll) * steer_sign
+pub fn effective_trail<T: Real>(b: &Bicycle<T>, a: &Angles<T>, steer_sign: T) -> T {
+    b.p.trail * a.cos_roll + contact_shift(b, a) * steer_sign
 }
 
 /// Yaw rate ψ̇ [rad/s] of a front wheel that runs at θ − β to the frame, (3).

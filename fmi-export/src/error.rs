@@ -1,8 +1,8 @@
 //! What can be refused, and in which words.
 
-use crate::life_cycle::State;
+use crate::{Kind, State};
 use fmi2::{fmi2Discard, fmi2Error, fmi2Status};
-use model_description::{Causality, Variability};
+use model_description::{Causality, Platform, Variability};
 use std::path::PathBuf;
 
 /// A refused call, an early end, or an FMU that could not be packed.
@@ -40,15 +40,37 @@ pub enum Error {
         values: usize,
     },
     /// The variable is of another type.
-    #[error("variable {name}: expected a call for {expected}, found one for {found}")]
+    #[error("variable {name}: expected a call for {expected}, found one for {found:?}")]
     WrongType {
         /// Name of the variable.
         name: String,
         /// The variable's type.
         expected: &'static str,
         /// The type of the call.
-        found: &'static str,
+        found: Kind,
     },
+    /// No derivative of this kind exists of the variable, or by it.
+    #[error("variable {name}: expected {expected}, found another variable")]
+    NoDerivative {
+        /// Name of the variable.
+        name: String,
+        /// What it would have to be.
+        expected: &'static str,
+    },
+    /// A derivative of another order than the first.
+    #[error("variable {name}: expected a derivative of order 1, found one of order {found}")]
+    Order {
+        /// Name of the variable.
+        name: String,
+        /// The order.
+        found: i32,
+    },
+    /// The pointer is no saved state, or one that was freed.
+    #[error("argument FMUstate: expected a state from fmi2GetFMUstate, found another pointer")]
+    UnknownState,
+    /// Bytes that are no saved state of this model.
+    #[error("serialised state: {0}")]
+    Bytes(String),
     /// The variable may not be set in this state.
     #[error("variable {name} ({causality:?}, {variability:?}) cannot be set in state {state}")]
     NotSettable {
@@ -136,6 +158,22 @@ pub enum Error {
         /// The type.
         found: i32,
     },
+    /// The resource location is no folder.
+    #[error("argument fmuResourceLocation: expected {expected}, found {found}")]
+    ResourceLocation {
+        /// What it must be.
+        expected: &'static str,
+        /// What it was.
+        found: String,
+    },
+    /// Start values that were packed cannot be used.
+    #[error("{path}: {why}")]
+    Start {
+        /// The file.
+        path: PathBuf,
+        /// What was expected, what was found.
+        why: String,
+    },
     /// The description belongs to another binary.
     #[error("argument fmuGUID: expected {expected}, found {found}")]
     Guid {
@@ -174,12 +212,70 @@ pub enum Error {
         /// The reason.
         source: zip::result::ZipError,
     },
+    /// A file that is no shared library.
+    #[error("{path}: expected a shared library (ELF, PE or Mach-O), found {found}")]
+    NoLibrary {
+        /// The file.
+        path: PathBuf,
+        /// What it is instead.
+        found: String,
+    },
+    /// A library for another platform than it was given for.
+    #[error("{path}: expected a library for {expected}, found one for {found}")]
+    OtherPlatform {
+        /// The file.
+        path: PathBuf,
+        /// The platform it was given for.
+        expected: Platform,
+        /// The one it is for.
+        found: Platform,
+    },
+    /// A library that is no FMU's.
+    #[error(
+        "{path}: expected the functions of FMI 2.0 for co-simulation, not exported: {}",
+        shortened(missing)
+    )]
+    MissingFunctions {
+        /// The file.
+        path: PathBuf,
+        /// Names of the functions.
+        missing: Vec<&'static str>,
+    },
+    /// The description was changed after its guid was made, and with it what the library must do.
+    #[error("modelDescription.xml: expected the guid {expected}, its fingerprint, found {found}")]
+    Fingerprint {
+        /// The fingerprint.
+        expected: String,
+        /// The guid.
+        found: String,
+    },
+    /// A path that an archive cannot have, or that the description has.
+    #[error("{path}: expected a path below the root of the FMU, such as documentation/index.html")]
+    Entry {
+        /// The path.
+        path: String,
+    },
+    /// Two files of one path in the archive.
+    #[error("{path}: expected one file of this path in the FMU, found two")]
+    SameEntry {
+        /// The path.
+        path: String,
+    },
     /// A date that is none.
     #[error("SOURCE_DATE_EPOCH: expected seconds since 1970, up to the year 2107, found {found}")]
     Epoch {
         /// The value of the environment variable.
         found: String,
     },
+}
+
+/// The first five of `names`, and how many there are besides.
+pub(crate) fn shortened<T: AsRef<str>>(names: &[T]) -> String {
+    let shown: Vec<&str> = names.iter().take(5).map(AsRef::as_ref).collect();
+    match names.len() - shown.len() {
+        0 => shown.join(", "),
+        more => format!("{} and {more} more", shown.join(", ")),
+    }
 }
 
 impl Error {

@@ -8,10 +8,11 @@
 macro_rules! export {
     ($model:ty) => {
         #[allow(non_snake_case, reason = "the standard's names")]
-        mod fmi2_functions {
-            use super::*;
+        const _: () = {
             use $crate::ffi;
             use $crate::fmi2::*;
+
+            static SHARED: ffi::Shared<$model> = ffi::Shared::new();
 
             /// `fmi2GetTypesPlatform`.
             #[unsafe(no_mangle)]
@@ -39,8 +40,8 @@ macro_rules! export {
                 ffi::silence_panics();
                 // SAFETY: the importer keeps to the contract of `ffi`.
                 unsafe {
-                    ffi::instantiate::<$model>(
-                        instance_name, fmu_type, guid, resource_location, callbacks, visible,
+                    ffi::instantiate(
+                        &SHARED, instance_name, fmu_type, guid, resource_location, callbacks, visible,
                         logging_on,
                     )
                 }
@@ -50,7 +51,7 @@ macro_rules! export {
             #[unsafe(no_mangle)]
             unsafe extern "C" fn fmi2FreeInstance(c: fmi2Component) {
                 // SAFETY: the importer keeps to the contract of `ffi`.
-                unsafe { ffi::free_instance::<$model>(c) }
+                unsafe { ffi::free_instance(&SHARED, c) }
             }
 
             $crate::export! { @functions
@@ -107,7 +108,7 @@ macro_rules! export {
                 fmi2GetStringStatus(kind: fmi2StatusKind, value: *mut fmi2String)
                     = ffi::get_string_status::<$model>;
             }
-        }
+        };
     };
     (@functions $($name:ident($($argument:ident: $type:ty),*) = $body:expr;)*) => {
         $(

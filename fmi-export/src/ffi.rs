@@ -7,21 +7,24 @@
 //! and not from within its own logger; a non-null array holds as many elements as its length
 //! says; texts are null-terminated.
 
+mod derivatives;
+mod states;
 mod status;
 mod values;
 
+pub use crate::class::Shared;
+pub use derivatives::*;
+pub use states::*;
 pub use status::*;
 pub use values::*;
 
-use crate::instance::{Experiment, Instance};
 use crate::log::{Wanted, category};
-use crate::{Error, Function, Model};
+use crate::{Error, Experiment, Function, Instance, Model, resources, start};
 use fmi2::{
     fmi2Boolean, fmi2CallbackFunctions, fmi2CallbackLogger, fmi2CoSimulation, fmi2Component,
     fmi2ComponentEnvironment, fmi2Error, fmi2False, fmi2Fatal, fmi2OK, fmi2Real, fmi2Status,
     fmi2String, fmi2Type, fmi2TypesPlatform, fmi2Version,
 };
-use model_description::Category;
 use std::any::Any;
 use std::ffi::{CStr, CString, c_void};
 use std::panic::{AssertUnwindSafe, catch_unwind, set_hook};
@@ -31,7 +34,6 @@ use std::ptr::null_mut;
 struct Component<M> {
     instance: Instance<M>,
     logger: Logger,
-    categories: Vec<Category>,
     /// Texts handed out by the last `fmi2GetString`, alive until the next.
     texts: Vec<CString>,
     /// A panic was caught: nothing works any more.
@@ -101,20 +103,26 @@ unsafe fn call<M: Model>(
     if component.fatal {
         return fmi2Fatal;
     }
-    match catch_unwind(AssertUnwindSafe(|| body(component))) {
-        Ok(Ok(())) => fmi2OK,
-        Ok(Err(error)) => {
-            let status = error.status();
-            component.logger.line(status, &error.to_string());
-            status
-        }
-        Err(payload) => {
-            component.fatal = true;
-            component
-                .logger
-                .line(fmi2Fatal, &panic_message(payload.as_ref()));
-            fmi2Fatal
-        }
+    let outcome = catch_unwind(AssertUnwindSafe(|| match body(component) {
+        Ok(()) => fmi2OK,
+        Err(error) => component.refuse(&error),
+    }));
+    outcome.unwrap_or_else(|payload| component.fail(payload.as_ref()))
+}
+
+impl<M> Component<M> {
+    #[cold]
+    fn refuse(&self, error: &Error) -> fmi2Status {
+        let status = error.status();
+        self.logger.line(status, &error.to_string());
+        status
+    }
+
+    #[cold]
+    fn fail(&mut self, payload: &(dyn Any + Send)) -> fmi2Status {
+        self.fatal = true;
+        self.logger.line(fmi2Fatal, &panic_message(payload));
+        fmi2Fatal
     }
 }
 
@@ -201,11 +209,16 @@ pub fn version() -> fmi2String {
 ///
 /// # Safety
 /// See the module; `callbacks` is NULL or points to the callbacks.
+#[expect(
+    clippy::too_many_arguments,
+    reason = "the standard's seven and the class"
+)]
 pub unsafe fn instantiate<M: Model>(
+    shared: &Shared<M>,
     instance_name: fmi2String,
     fmu_type: fmi2Type,
     guid: fmi2String,
-    _resource_location: fmi2String,
+    resource_location: fmi2String,
     callbacks: *const fmi2CallbackFunctions,
     _visible: fmi2Boolean,
     logging_on: fmi2Boolean,
@@ -220,7 +233,7 @@ pub unsafe fn instantiate<M: Model>(
         instance_name: CString::default(),
         wanted: Wanted::All,
     };
-    let made = catch_unwind(|| {
+    let made = catch_unwind(AssertUnwindSafe(|| {
         // SAFETY: texts are null-terminated.
         let instance_name = unsafe { str(instance_name, "instanceName") }?;
         if instance_name.is_empty() {
@@ -231,19 +244,24 @@ pub unsafe fn instantiate<M: Model>(
         }
         // SAFETY: as above.
         let found = unsafe { str(guid, "fmuGUID") }?;
-        let description = M::description();
-        let expected = description.fingerprint();
-        if found != expected {
+        let class = shared.class()?;
+        if found != class.guid {
             return Err(Error::Guid {
-                expected,
+                expected: class.guid.clone(),
                 found: found.to_owned(),
             });
         }
-        let instance = Instance::<M>::new(&description)?;
-        Ok((text(instance_name), instance, description.log_categories))
-    });
+        let resources = if resource_location.is_null() {
+            None
+        } else {
+            // SAFETY: as above.
+            resources::folder(unsafe { str(resource_location, "fmuResourceLocation") }?)?
+        };
+        let pristine = start::model(&class, resources.as_deref())?;
+        Ok((text(instance_name), Instance::of(class, pristine)))
+    }));
     match made {
-        Ok(Ok((instance_name, instance, categories))) => {
+        Ok(Ok((instance_name, instance))) => {
             logger.instance_name = instance_name;
             if logging_on == fmi2False {
                 logger.wanted = Wanted::None;
@@ -251,7 +269,6 @@ pub unsafe fn instantiate<M: Model>(
             let component = Component {
                 instance,
                 logger,
-                categories,
                 texts: Vec::new(),
                 fatal: false,
             };
@@ -259,6 +276,7 @@ pub unsafe fn instantiate<M: Model>(
         }
         Ok(Err(error)) => {
             logger.line(fmi2Error, &error.to_string());
+            shared.release();
             null_mut()
         }
         Err(payload) => {
@@ -272,12 +290,13 @@ pub unsafe fn instantiate<M: Model>(
 ///
 /// # Safety
 /// See the module; `c` is not used again.
-pub unsafe fn free_instance<M: Model>(c: fmi2Component) {
+pub unsafe fn free_instance<M: Model>(shared: &Shared<M>, c: fmi2Component) {
     if !c.is_null() {
         // SAFETY: c is the box of `instantiate`, freed once.
         let component = unsafe { Box::from_raw(c.cast::<Component<M>>()) };
         // A model that panics on being dropped must not take the importer with it.
         let _ = catch_unwind(AssertUnwindSafe(move || drop(component)));
+        shared.release();
     }
 }
 
@@ -296,7 +315,8 @@ pub unsafe fn set_debug_logging<M: Model>(
         call::<M>(c, |component| {
             component.instance.permit(Function::SetDebugLogging)?;
             let listed = strings(categories, count, "categories")?;
-            component.logger.wanted = Wanted::new(on != fmi2False, listed, &component.categories)?;
+            let known = &component.instance.class().categories;
+            component.logger.wanted = Wanted::new(on != fmi2False, listed, known)?;
             Ok(())
         })
     }

@@ -1,13 +1,15 @@
 //! The life cycle: which function is legal in which state (FMI 2.0 §4.2.4).
 
+use serde::{Deserialize, Serialize};
 use std::fmt;
 
 /// The states of a slave that steps synchronously. The standard's *step in progress* and *step
 /// canceled* do not occur in one.
 ///
 /// A refused call leaves the state as it is: the standard's state *error*, out of which only
-/// reset and free lead, is not used, so that an importer may correct the call and repeat it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// reset, free and a saved state lead, is not used, so that an importer may correct the call and
+/// repeat it. In particular `fmi2DoStep` may follow one that returned `fmi2Error`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum State {
     /// After `fmi2Instantiate` and `fmi2Reset`.
     Instantiated,
@@ -19,6 +21,17 @@ pub enum State {
     StepFailed,
     /// After `fmi2Terminate`.
     Terminated,
+}
+
+impl State {
+    /// All of them, in the order of the table's columns.
+    pub const ALL: [Self; 5] = [
+        Self::Instantiated,
+        Self::Initialization,
+        Self::StepComplete,
+        Self::StepFailed,
+        Self::Terminated,
+    ];
 }
 
 impl fmt::Display for State {
@@ -44,6 +57,7 @@ pub struct Function {
 
 impl Function {
     /// Whether it may be called in `state`.
+    #[inline]
     pub const fn is_legal_in(&self, state: State) -> bool {
         self.legal[state as usize]
     }

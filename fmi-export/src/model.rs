@@ -1,14 +1,21 @@
 //! What a model must be able to do.
 
-use crate::instance::Experiment;
+use crate::Experiment;
 use model_description::ModelDescription;
+use serde::Serialize;
+use serde::de::DeserializeOwned;
 
 /// A model that can be exported.
 ///
 /// A value is set only after [`crate::Instance`] has checked that the variable exists, has that
 /// type, may be set in this state, and that the value is finite and in the range the description
 /// gives.
-pub trait Model: Clone + Send + 'static {
+///
+/// `Clone` is what saves and restores a state; `Serialize` and `Deserialize` carry it to another
+/// process. So a clone must go on exactly as the original would, and deserialising must refuse
+/// what no model could have become (`#[serde(try_from = "…")]`): bytes come from outside. Values
+/// of variables that can be set are checked against the description in any case.
+pub trait Model: Clone + Send + Serialize + DeserializeOwned + 'static {
     /// What modelDescription.xml says, apart from the guid, which is its fingerprint. Variable `i`
     /// (from 0) has value reference `i`.
     fn description() -> ModelDescription;
@@ -29,6 +36,33 @@ pub trait Model: Clone + Send + 'static {
 
     /// Goes on from time `t` to exactly `t + h`, both in s, h > 0.
     fn step(&mut self, t: f64, h: f64) -> Flow;
+
+    /// Σ ∂unknown/∂known · seed over `known`, pairs of a value reference and its seed, for each
+    /// value reference in `unknown`: in initialization mode of initial unknowns by parameters and
+    /// inputs, later of outputs and state derivatives by inputs and states (FMI 2.0 §2.1.9).
+    ///
+    /// A model that declares `providesDirectionalDerivative` overrides this.
+    fn directional_derivative(&self, unknown: &[u32], known: &[(u32, f64)]) -> Vec<f64> {
+        let _ = (unknown, known);
+        panic!("providesDirectionalDerivative is declared, the method is not there")
+    }
+
+    /// From the present time on the `Real` input `reference` changes by `slope` a second, until
+    /// its value or slope is set anew.
+    ///
+    /// A model that declares `canInterpolateInputs` overrides this.
+    fn set_input_slope(&mut self, reference: u32, slope: f64) {
+        let _ = (reference, slope);
+        panic!("canInterpolateInputs is declared, the method is not there")
+    }
+
+    /// The time derivative of the `Real` output `reference` \[its unit per s\].
+    ///
+    /// A model that declares `maxOutputDerivativeOrder` 1 overrides this.
+    fn output_rate(&self, reference: u32) -> f64 {
+        let _ = reference;
+        panic!("maxOutputDerivativeOrder is declared, the method is not there")
+    }
 }
 
 /// A value of any of the five types; an enumeration travels as its integer.
@@ -42,6 +76,40 @@ pub enum Value {
     Boolean(bool),
     /// `String`
     String(String),
+}
+
+/// What the functions of the interface tell apart: an enumeration is an integer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// `Real`
+    Real,
+    /// `Integer` and `Enumeration`
+    Integer,
+    /// `Boolean`
+    Boolean,
+    /// `String`
+    String,
+}
+
+impl Value {
+    /// Which functions carry it.
+    pub fn kind(&self) -> Kind {
+        match self {
+            Self::Real(_) => Kind::Real,
+            Self::Integer(_) => Kind::Integer,
+            Self::Boolean(_) => Kind::Boolean,
+            Self::String(_) => Kind::String,
+        }
+    }
+
+    /// The number that a range can be asked of.
+    pub(crate) fn number(&self) -> Option<f64> {
+        match *self {
+            Self::Real(value) => Some(value),
+            Self::Integer(value) => Some(value.into()),
+            Self::Boolean(_) | Self::String(_) => None,
+        }
+    }
 }
 
 /// How a step went.

@@ -1,72 +1,42 @@
 //! The archive: unpacked to a temporary folder, its description read.
 
+mod text;
+mod unpack;
+mod uri;
+
 use crate::Error;
 use model_description::{ModelDescription, Platform};
-use std::fs::File;
-use std::io::{BufReader, Read};
 use std::path::{Path, PathBuf};
-use tempfile::TempDir;
-use zip::ZipArchive;
-
-/// More entries than any FMU has.
-const MOST_ENTRIES: u64 = 100_000;
-/// More bytes, unpacked, than any FMU has: 4 GiB.
-const MOST_BYTES: u64 = 1 << 32;
+use unpack::{Limits, Unpacked};
 
 /// An unpacked FMU; its folder is removed when this is dropped.
 #[derive(Debug)]
 pub struct Archive {
     path: PathBuf,
-    folder: TempDir,
+    unpacked: Unpacked,
     description: ModelDescription,
+    /// What was wrong with the description's encoding.
+    encoding: Option<String>,
 }
 
 impl Archive {
     /// Unpacks the FMU at `path` and reads its description.
     pub fn open(path: &Path) -> Result<Self, Error> {
-        Self::open_within(path, MOST_ENTRIES, MOST_BYTES)
-    }
-
-    fn open_within(path: &Path, most_entries: u64, most_bytes: u64) -> Result<Self, Error> {
-        let file = File::open(path).map_err(|source| Error::File {
-            path: path.to_owned(),
-            source,
-        })?;
-        let mut archive = ZipArchive::new(BufReader::new(file)).map_err(|source| Error::Zip {
-            path: path.to_owned(),
-            source,
-        })?;
-        if archive.len() as u64 > most_entries {
-            return Err(Error::TooBig {
-                path: path.to_owned(),
-                what: "entries",
-                limit: most_entries,
-            });
-        }
-        let folder = tempfile::Builder::new()
-            .prefix("fmu")
-            .tempdir()
-            .map_err(|source| Error::File {
-                path: std::env::temp_dir(),
-                source,
-            })?;
-        let mut bytes_left = most_bytes;
-        for index in 0..archive.len() {
-            let written = extract(path, &mut archive, index, folder.path(), bytes_left)?;
-            bytes_left = bytes_left.checked_sub(written).ok_or(Error::TooBig {
-                path: path.to_owned(),
-                what: "bytes when unpacked",
-                limit: most_bytes,
-            })?;
-        }
-        let xml = folder.path().join("modelDescription.xml");
+        let unpacked = unpack::unpack(path, &Limits::default())?;
+        let xml = unpacked.folder.path().join("modelDescription.xml");
         if !xml.is_file() {
             return Err(Error::NoDescription {
                 path: path.to_owned(),
             });
         }
-        let xml =
-            std::fs::read_to_string(&xml).map_err(|source| Error::File { path: xml, source })?;
+        let bytes = std::fs::read(&xml).map_err(|source| Error::File { path: xml, source })?;
+        let (xml, encoding) = text::decode(&bytes);
+        if let Some(found) = text::fmi_version(&xml).filter(|found| !found.starts_with("2.")) {
+            return Err(Error::FmiVersion {
+                path: path.to_owned(),
+                found: found.to_owned(),
+            });
+        }
         let description =
             ModelDescription::from_xml(&xml).map_err(|source| Error::Description {
                 path: path.to_owned(),
@@ -74,8 +44,9 @@ impl Archive {
             })?;
         Ok(Self {
             path: path.to_owned(),
-            folder,
+            unpacked,
             description,
+            encoding,
         })
     }
 
@@ -89,6 +60,21 @@ impl Archive {
         &self.description
     }
 
+    /// Names of the files in it, folders separated by `/`.
+    pub fn files(&self) -> &[String] {
+        &self.unpacked.files
+    }
+
+    /// Names of the symbolic links in it; they are left out.
+    pub fn links(&self) -> &[String] {
+        &self.unpacked.links
+    }
+
+    /// What was wrong with the encoding of modelDescription.xml.
+    pub(crate) fn encoding(&self) -> Option<&str> {
+        self.encoding.as_deref()
+    }
+
     /// Platforms for which it has a co-simulation binary.
     pub fn platforms(&self) -> Vec<Platform> {
         Platform::ALL
@@ -100,8 +86,8 @@ impl Archive {
     /// Where the binary for a platform would be.
     fn library(&self, platform: Platform) -> Option<PathBuf> {
         let co_simulation = self.description.co_simulation.as_ref()?;
-        let path = platform.library(&co_simulation.model_identifier);
-        Some(self.folder.path().join(path))
+        let path = unpack::inside(&platform.library(&co_simulation.model_identifier))?;
+        Some(self.unpacked.folder.path().join(path))
     }
 
     /// The binary for this machine.
@@ -123,88 +109,23 @@ impl Archive {
 
     /// The `resources` folder as a file URI (RFC 3986), whether it exists or not.
     pub(crate) fn resource_location(&self) -> String {
-        let path = self.folder.path().join("resources");
-        let mut uri = "file://".to_owned();
-        let path = path.to_string_lossy().replace('\\', "/");
-        if !path.starts_with('/') {
-            uri.push('/');
-        }
-        for byte in path.bytes() {
-            if byte.is_ascii_alphanumeric() || b"/-._~:".contains(&byte) {
-                uri.push(char::from(byte));
-            } else {
-                uri.push('%');
-                uri.extend(
-                    [byte >> 4, byte & 15]
-                        .map(|digit| char::from(b"0123456789ABCDEF"[usize::from(digit)])),
-                );
-            }
-        }
-        uri
+        uri::file(&self.unpacked.folder.path().join("resources"))
     }
-}
-
-/// Writes one entry below `folder`; how many bytes that were, at most one more than `most`.
-fn extract(
-    path: &Path,
-    archive: &mut ZipArchive<BufReader<File>>,
-    index: usize,
-    folder: &Path,
-    most: u64,
-) -> Result<u64, Error> {
-    let entry = archive.by_index(index).map_err(|source| Error::Zip {
-        path: path.to_owned(),
-        source,
-    })?;
-    let target = entry.enclosed_name().ok_or_else(|| Error::Escape {
-        path: path.to_owned(),
-        entry: entry.name().to_owned(),
-    })?;
-    let target = folder.join(target);
-    let write = || {
-        if entry.is_dir() {
-            std::fs::create_dir_all(&target)?;
-            return Ok(0);
-        }
-        if let Some(parent) = target.parent() {
-            std::fs::create_dir_all(parent)?;
-        }
-        let mut file = File::create(&target)?;
-        std::io::copy(&mut entry.take(most.saturating_add(1)), &mut file)
-    };
-    write().map_err(|source| Error::File {
-        path: target.clone(),
-        source,
-    })
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::io::Write;
-    use zip::write::SimpleFileOptions;
+    use unpack::tests::archive;
 
     const DESCRIPTION: &str = "<fmiModelDescription fmiVersion=\"2.0\" modelName=\"Empty\" \
                                guid=\"{0}\"><CoSimulation modelIdentifier=\"Empty\"/>\
                                </fmiModelDescription>";
 
-    fn archive(entries: &[(&str, &str)]) -> (TempDir, PathBuf) {
-        let folder = tempfile::tempdir().expect("temporary folder");
-        let path = folder.path().join("a b.fmu");
-        let mut zip = zip::ZipWriter::new(File::create(&path).expect("writable"));
-        for (name, text) in entries {
-            zip.start_file(*name, SimpleFileOptions::default())
-                .expect("started");
-            zip.write_all(text.as_bytes()).expect("written");
-        }
-        zip.finish().expect("finished");
-        (folder, path)
-    }
-
     #[track_caller]
     fn check(entries: &[(&str, &str)], expected: &str) {
         let (_folder, path) = archive(entries);
-        let error = Archive::open_within(&path, 3, 1000).expect_err("refused");
+        let error = Archive::open(&path).expect_err("refused");
         assert!(error.to_string().contains(expected), "{error}");
     }
 
@@ -227,20 +148,19 @@ mod tests {
     }
 
     #[test]
-    fn no_entry_escapes() {
-        check(&[("../evil", "")], "entry \"../evil\" points outside");
-        check(&[("a/../../evil", "")], "points outside");
-    }
-
-    #[test]
-    fn size_is_limited() {
+    fn other_versions_are_named() {
+        let one = "<?xml version=\"1.0\"?><fmiModelDescription fmiVersion=\"1.0\" \
+                   modelName=\"M\" modelIdentifier=\"M\" guid=\"\" numberOfEventIndicators=\"0\"/>";
         check(
-            &[("a", ""), ("b", ""), ("c", ""), ("d", "")],
-            "at most 3 entries",
+            &[("modelDescription.xml", one)],
+            "expected FMI 2.0, found FMI 1.0",
         );
+        let three = "<fmiModelDescription\n  fmiVersion = '3.0' modelName=\"M\" \
+                     instantiationToken=\"\"><ModelVariables><Float64 name=\"x\" \
+                     valueReference=\"1\"/></ModelVariables></fmiModelDescription>";
         check(
-            &[("a", &"0".repeat(600)), ("b", &"0".repeat(600))],
-            "at most 1000 bytes",
+            &[("modelDescription.xml", three)],
+            "expected FMI 2.0, found FMI 3.0",
         );
     }
 
@@ -255,5 +175,14 @@ mod tests {
         let error = archive.own_library().expect_err("another platform");
         assert!(error.to_string().ends_with("found darwin32"), "{error}");
         assert!(archive.resource_location().ends_with("/resources"));
+    }
+
+    #[test]
+    fn a_library_is_not_looked_for_outside() {
+        let description =
+            DESCRIPTION.replace("modelIdentifier=\"Empty\"", "modelIdentifier=\"../../x\"");
+        let (_folder, path) = archive(&[("modelDescription.xml", &description)]);
+        let archive = Archive::open(&path).expect("an FMU");
+        assert!(archive.own_library().is_err());
     }
 }

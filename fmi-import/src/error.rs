@@ -1,8 +1,8 @@
 //! What can go wrong, with the FMU's own words.
 
+use crate::LogLine;
 use fmi2::{fmi2Discard, fmi2Error, fmi2Fatal, fmi2OK, fmi2Pending, fmi2Status, fmi2Warning};
 use model_description::Platform;
-use std::fmt;
 use std::path::PathBuf;
 
 /// A status an FMU returned.
@@ -39,23 +39,6 @@ impl From<fmi2Status> for Status {
     }
 }
 
-/// A line of an FMU's log.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct LogLine {
-    /// How serious.
-    pub status: Status,
-    /// One of the description's log categories, if the FMU keeps to them.
-    pub category: String,
-    /// The message. Placeholders of printf, if any, are not filled in.
-    pub message: String,
-}
-
-impl fmt::Display for LogLine {
-    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        write!(f, "[{}] {}", self.category, self.message)
-    }
-}
-
 /// An FMU that cannot be opened, loaded or run.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -84,6 +67,14 @@ pub enum Error {
         /// Name of the entry.
         entry: String,
     },
+    /// Two entries of one name, or of names that differ only in what the file system ignores.
+    #[error("{path}: expected one entry {entry:?}, found two")]
+    Duplicate {
+        /// The archive.
+        path: PathBuf,
+        /// Name of the second.
+        entry: String,
+    },
     /// The archive is too big.
     #[error("{path}: expected at most {limit} {what}, found more")]
     TooBig {
@@ -99,6 +90,14 @@ pub enum Error {
     NoDescription {
         /// The archive.
         path: PathBuf,
+    },
+    /// An FMU of another version of the standard.
+    #[error("{path}: expected FMI 2.0, found FMI {found}")]
+    FmiVersion {
+        /// The archive.
+        path: PathBuf,
+        /// The version it states.
+        found: String,
     },
     /// The description cannot be read.
     #[error("{path}: modelDescription.xml: {source}")]
@@ -140,6 +139,39 @@ pub enum Error {
         /// What it returned.
         found: String,
     },
+    /// The library has other C types.
+    #[error("{path}: expected fmi2GetTypesPlatform to return \"default\", found {found:?}")]
+    TypesPlatform {
+        /// The library.
+        path: PathBuf,
+        /// What it returned.
+        found: String,
+    },
+    /// A function that needs a capability.
+    #[error("{function}: expected an FMU that declares {flag}, found one that does not")]
+    CapabilityAbsent {
+        /// Name of the function.
+        function: &'static str,
+        /// The attribute of the description.
+        flag: &'static str,
+    },
+    /// A function that the library should have.
+    #[error("expected the FMU's library to have {function}, found none")]
+    FunctionAbsent {
+        /// Name of the function.
+        function: &'static str,
+    },
+    /// A state of another instance.
+    #[error(
+        "expected a state that this instance saved, found another's; only bytes of states travel"
+    )]
+    ForeignState,
+    /// A saved state too big for the memory.
+    #[error("expected a state that fits into the memory, found one of {bytes} bytes")]
+    StateSize {
+        /// The size the FMU states.
+        bytes: usize,
+    },
     /// A text with a null character inside.
     #[error("{what}: expected a text without null characters, found {found:?}")]
     Text {
@@ -163,6 +195,14 @@ pub enum Error {
         status: Status,
         /// What the FMU said during the call.
         log: Vec<LogLine>,
+    },
+    /// Not called: an instance of this FMU has returned `fmi2Fatal` before.
+    #[error(
+        "{function}: expected an FMU that can still be called, found one that has returned Fatal"
+    )]
+    Broken {
+        /// Name of the function.
+        function: &'static str,
     },
     /// As many values as value references are needed.
     #[error("expected {references} values, one for each value reference, found {values}")]
@@ -188,6 +228,14 @@ pub enum Error {
         /// What would fit.
         expected: &'static str,
         /// What there is.
+        found: &'static str,
+    },
+    /// The variable has no start value of its own.
+    #[error("variable {name}: expected one that can be set before the start, found {found}")]
+    NotSettable {
+        /// The variable.
+        name: String,
+        /// What it is.
         found: &'static str,
     },
     /// A plan that cannot be carried out.

@@ -2,22 +2,31 @@
 
 use crate::{Archive, Error};
 use fmi2::{
-    fmi2DoStepTYPE, fmi2EnterInitializationModeTYPE, fmi2ExitInitializationModeTYPE,
-    fmi2FreeInstanceTYPE, fmi2GetBooleanStatusTYPE, fmi2GetBooleanTYPE, fmi2GetIntegerTYPE,
-    fmi2GetRealStatusTYPE, fmi2GetRealTYPE, fmi2GetStringTYPE, fmi2GetVersionTYPE,
-    fmi2InstantiateTYPE, fmi2ResetTYPE, fmi2SetBooleanTYPE, fmi2SetIntegerTYPE, fmi2SetRealTYPE,
-    fmi2SetStringTYPE, fmi2SetupExperimentTYPE, fmi2TerminateTYPE,
+    fmi2DeSerializeFMUstateTYPE, fmi2DoStepTYPE, fmi2EnterInitializationModeTYPE,
+    fmi2ExitInitializationModeTYPE, fmi2FreeFMUstateTYPE, fmi2FreeInstanceTYPE,
+    fmi2GetBooleanStatusTYPE, fmi2GetBooleanTYPE, fmi2GetDirectionalDerivativeTYPE,
+    fmi2GetFMUstateTYPE, fmi2GetIntegerTYPE, fmi2GetRealOutputDerivativesTYPE,
+    fmi2GetRealStatusTYPE, fmi2GetRealTYPE, fmi2GetStatusTYPE, fmi2GetStringTYPE,
+    fmi2GetTypesPlatformTYPE, fmi2GetVersionTYPE, fmi2InstantiateTYPE, fmi2ResetTYPE,
+    fmi2SerializeFMUstateTYPE, fmi2SerializedFMUstateSizeTYPE, fmi2SetBooleanTYPE,
+    fmi2SetDebugLoggingTYPE, fmi2SetFMUstateTYPE, fmi2SetIntegerTYPE,
+    fmi2SetRealInputDerivativesTYPE, fmi2SetRealTYPE, fmi2SetStringTYPE, fmi2SetupExperimentTYPE,
+    fmi2String, fmi2TerminateTYPE, fmi2TypesPlatform, fmi2Version,
 };
 use libloading::Library;
 use model_description::ModelDescription;
 use std::ffi::CStr;
 use std::path::Path;
+use std::sync::atomic::AtomicBool;
 
 /// An FMU with its library loaded. Instances borrow it, so that the library outlives them, and
 /// the unpacked files outlive the library.
 #[derive(Debug)]
 pub struct Fmu {
     pub(crate) functions: Functions,
+    /// An instance returned `fmi2Fatal`: no function of any instance may be called any more
+    /// (FMI 2.0 §2.1.3).
+    pub(crate) fatal: AtomicBool,
     // dropped after the functions, before the archive
     _library: Library,
     archive: Archive,
@@ -40,23 +49,27 @@ impl Fmu {
         let library = unsafe { Library::new(&path) }.map_err(fail)?;
         let functions = Functions::load(&library).map_err(fail)?;
         // SAFETY: the type is the standard's; the text is static and null-terminated, or NULL.
-        let version = unsafe {
-            let version = (functions.get_version)();
-            if version.is_null() {
-                c""
-            } else {
-                CStr::from_ptr(version)
-            }
-        };
+        let version = unsafe { text((functions.get_version)()) };
         // "2.0.1" and so on are revisions of the same interface.
-        if !version.to_bytes().starts_with(b"2.0") {
+        if !version.to_bytes().starts_with(fmi2Version.to_bytes()) {
             return Err(Error::Version {
                 path,
                 found: version.to_string_lossy().into_owned(),
             });
         }
+        if let Some(get_types_platform) = functions.get_types_platform {
+            // SAFETY: as for the version.
+            let types = unsafe { text(get_types_platform()) };
+            if types != fmi2TypesPlatform {
+                return Err(Error::TypesPlatform {
+                    path,
+                    found: types.to_string_lossy().into_owned(),
+                });
+            }
+        }
         Ok(Self {
             functions,
+            fatal: AtomicBool::new(false),
             _library: library,
             archive,
         })
@@ -73,12 +86,28 @@ impl Fmu {
     }
 }
 
+/// The text, empty for NULL.
+///
+/// # Safety
+/// `text` is NULL, or null-terminated and static.
+unsafe fn text(text: fmi2String) -> &'static CStr {
+    if text.is_null() {
+        return c"";
+    }
+    // SAFETY: by contract.
+    unsafe { CStr::from_ptr(text) }
+}
+
 macro_rules! functions {
-    ($($field:ident: $type:ty = $name:literal;)*) => {
+    (
+        required { $($field:ident: $type:ty = $name:literal;)* }
+        optional { $($maybe:ident: $maybe_type:ty = $maybe_name:literal;)* }
+    ) => {
         /// The functions of the library; valid as long as it is loaded.
         #[derive(Debug)]
         pub(crate) struct Functions {
             $(pub(crate) $field: $type,)*
+            $(pub(crate) $maybe: Option<$maybe_type>,)*
         }
 
         impl Functions {
@@ -87,6 +116,10 @@ macro_rules! functions {
                     // SAFETY: the types are those the standard gives to these names; `Fmu` keeps
                     // the library loaded as long as the pointers exist.
                     $($field: *unsafe { library.get::<$type>($name)? },)*
+                    // SAFETY: as above.
+                    $($maybe: unsafe { library.get::<$maybe_type>($maybe_name) }
+                        .ok()
+                        .map(|function| *function),)*
                 })
             }
         }
@@ -94,23 +127,40 @@ macro_rules! functions {
 }
 
 functions! {
-    get_version: fmi2GetVersionTYPE = "fmi2GetVersion";
-    instantiate: fmi2InstantiateTYPE = "fmi2Instantiate";
-    free_instance: fmi2FreeInstanceTYPE = "fmi2FreeInstance";
-    setup_experiment: fmi2SetupExperimentTYPE = "fmi2SetupExperiment";
-    enter_initialization_mode: fmi2EnterInitializationModeTYPE = "fmi2EnterInitializationMode";
-    exit_initialization_mode: fmi2ExitInitializationModeTYPE = "fmi2ExitInitializationMode";
-    terminate: fmi2TerminateTYPE = "fmi2Terminate";
-    reset: fmi2ResetTYPE = "fmi2Reset";
-    get_real: fmi2GetRealTYPE = "fmi2GetReal";
-    get_integer: fmi2GetIntegerTYPE = "fmi2GetInteger";
-    get_boolean: fmi2GetBooleanTYPE = "fmi2GetBoolean";
-    get_string: fmi2GetStringTYPE = "fmi2GetString";
-    set_real: fmi2SetRealTYPE = "fmi2SetReal";
-    set_integer: fmi2SetIntegerTYPE = "fmi2SetInteger";
-    set_boolean: fmi2SetBooleanTYPE = "fmi2SetBoolean";
-    set_string: fmi2SetStringTYPE = "fmi2SetString";
-    do_step: fmi2DoStepTYPE = "fmi2DoStep";
-    get_real_status: fmi2GetRealStatusTYPE = "fmi2GetRealStatus";
-    get_boolean_status: fmi2GetBooleanStatusTYPE = "fmi2GetBooleanStatus";
+    required {
+        get_version: fmi2GetVersionTYPE = "fmi2GetVersion";
+        instantiate: fmi2InstantiateTYPE = "fmi2Instantiate";
+        free_instance: fmi2FreeInstanceTYPE = "fmi2FreeInstance";
+        setup_experiment: fmi2SetupExperimentTYPE = "fmi2SetupExperiment";
+        enter_initialization_mode: fmi2EnterInitializationModeTYPE = "fmi2EnterInitializationMode";
+        exit_initialization_mode: fmi2ExitInitializationModeTYPE = "fmi2ExitInitializationMode";
+        terminate: fmi2TerminateTYPE = "fmi2Terminate";
+        reset: fmi2ResetTYPE = "fmi2Reset";
+        get_real: fmi2GetRealTYPE = "fmi2GetReal";
+        get_integer: fmi2GetIntegerTYPE = "fmi2GetInteger";
+        get_boolean: fmi2GetBooleanTYPE = "fmi2GetBoolean";
+        get_string: fmi2GetStringTYPE = "fmi2GetString";
+        set_real: fmi2SetRealTYPE = "fmi2SetReal";
+        set_integer: fmi2SetIntegerTYPE = "fmi2SetInteger";
+        set_boolean: fmi2SetBooleanTYPE = "fmi2SetBoolean";
+        set_string: fmi2SetStringTYPE = "fmi2SetString";
+        do_step: fmi2DoStepTYPE = "fmi2DoStep";
+    }
+    // Every FMU is to have these too, but some lack what they declare no capability for.
+    optional {
+        get_types_platform: fmi2GetTypesPlatformTYPE = "fmi2GetTypesPlatform";
+        set_debug_logging: fmi2SetDebugLoggingTYPE = "fmi2SetDebugLogging";
+        get_fmu_state: fmi2GetFMUstateTYPE = "fmi2GetFMUstate";
+        set_fmu_state: fmi2SetFMUstateTYPE = "fmi2SetFMUstate";
+        free_fmu_state: fmi2FreeFMUstateTYPE = "fmi2FreeFMUstate";
+        serialized_fmu_state_size: fmi2SerializedFMUstateSizeTYPE = "fmi2SerializedFMUstateSize";
+        serialize_fmu_state: fmi2SerializeFMUstateTYPE = "fmi2SerializeFMUstate";
+        deserialize_fmu_state: fmi2DeSerializeFMUstateTYPE = "fmi2DeSerializeFMUstate";
+        get_directional_derivative: fmi2GetDirectionalDerivativeTYPE = "fmi2GetDirectionalDerivative";
+        set_real_input_derivatives: fmi2SetRealInputDerivativesTYPE = "fmi2SetRealInputDerivatives";
+        get_real_output_derivatives: fmi2GetRealOutputDerivativesTYPE = "fmi2GetRealOutputDerivatives";
+        get_status: fmi2GetStatusTYPE = "fmi2GetStatus";
+        get_real_status: fmi2GetRealStatusTYPE = "fmi2GetRealStatus";
+        get_boolean_status: fmi2GetBooleanStatusTYPE = "fmi2GetBooleanStatus";
+    }
 }

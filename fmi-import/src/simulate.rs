@@ -1,7 +1,7 @@
 //! One FMU from start to end with a fixed communication step.
 
 use crate::{Error, Fmu, Instance, LogLine, Step, Value};
-use model_description::{Causality, ScalarVariable, VariableType};
+use model_description::{Causality, Initial, ScalarVariable, Variability, VariableType};
 
 /// What to simulate.
 #[derive(Clone, Debug, PartialEq)]
@@ -31,21 +31,33 @@ pub struct Trajectory {
     pub ended: Option<Vec<LogLine>>,
 }
 
+/// More communication points than a record of them could hold.
+const MOST_STEPS: f64 = 1e8;
+
 /// Runs an instance of `fmu` as planned. When the FMU ends early, the last row is at its last
-/// successful time.
+/// successful time. Where it cannot step by less than the plan's step, the last row may be that
+/// much before the stop.
 pub fn simulate(fmu: &Fmu, plan: &Plan) -> Result<Trajectory, Error> {
+    simulate_with(fmu, plan, |_, _| Ok(()))
+}
+
+/// As [`simulate()`]; before each step `at` gets the instance, to set inputs or tunable parameters,
+/// and the time [s].
+pub fn simulate_with(
+    fmu: &Fmu,
+    plan: &Plan,
+    mut at: impl FnMut(&mut Instance, f64) -> Result<(), Error>,
+) -> Result<Trajectory, Error> {
     check(plan)?;
     let recorder = Recorder::new(fmu, &plan.record)?;
+    let starts = start_values(fmu, plan)?;
+    let can_vary = fmu
+        .description()
+        .co_simulation
+        .as_ref()
+        .is_some_and(|c| c.can_handle_variable_communication_step_size);
     let mut instance = fmu.instantiate(&fmu.description().model_name)?;
-    instance.setup_experiment(plan.tolerance, plan.start_time, Some(plan.stop_time))?;
-    set_start_values(&mut instance, plan, |causality| {
-        causality != Causality::Input
-    })?;
-    instance.enter_initialization_mode()?;
-    set_start_values(&mut instance, plan, |causality| {
-        causality == Causality::Input
-    })?;
-    instance.exit_initialization_mode()?;
+    initialize(&mut instance, plan, &starts)?;
 
     let mut names = vec!["time".to_owned()];
     names.extend(plan.record.iter().cloned());
@@ -63,10 +75,17 @@ pub fn simulate(fmu: &Fmu, plan: &Plan) -> Result<Trajectory, Error> {
             break;
         }
         let mut next = plan.start_time + n as f64 * plan.step;
-        if next > plan.stop_time - negligible {
-            next = plan.stop_time;
+        let mut h = plan.step;
+        if can_vary {
+            if next > plan.stop_time - negligible {
+                next = plan.stop_time;
+            }
+            h = next - time;
+        } else if next > plan.stop_time + negligible {
+            break;
         }
-        match instance.do_step(time, next - time)? {
+        at(&mut instance, time)?;
+        match instance.do_step(time, h)? {
             Step::Complete => {
                 time = next;
                 recorder.record(&mut instance, time, &mut trajectory.columns)?;
@@ -107,6 +126,10 @@ fn check(plan: &Plan) -> Result<(), Error> {
     if !plan.step.is_finite() || plan.step <= 0.0 {
         return refuse("communication step", "a positive time", plan.step);
     }
+    let steps = (plan.stop_time - plan.start_time) / plan.step;
+    if steps > MOST_STEPS {
+        return refuse("number of steps", "at most 1e8", steps);
+    }
     Ok(())
 }
 
@@ -119,52 +142,56 @@ fn variable<'a>(fmu: &'a Fmu, name: &str) -> Result<&'a ScalarVariable, Error> {
         })
 }
 
-fn set_start_values(
-    instance: &mut Instance,
-    plan: &Plan,
-    of: impl Fn(Causality) -> bool,
-) -> Result<(), Error> {
-    for (name, value) in &plan.start_values {
-        let variable = variable(instance.fmu(), name)?;
-        if !of(variable.causality) {
-            continue;
-        }
-        let expected = variable.variable_type.name();
-        let reference = [variable.value_reference];
-        match (&variable.variable_type, value) {
-            (VariableType::Real(_), Value::Real(value)) => {
-                instance.set_real(&reference, &[*value])?;
-            }
-            (VariableType::Integer(_) | VariableType::Enumeration(_), Value::Integer(value)) => {
-                instance.set_integer(&reference, &[*value])?;
-            }
-            (VariableType::Boolean(_), Value::Boolean(value)) => {
-                instance.set_boolean(&reference, &[*value])?;
-            }
-            (VariableType::String(_), Value::String(value)) => {
-                instance.set_string(&reference, &[value])?;
-            }
-            (_, value) => {
-                return Err(Error::WrongType {
-                    name: name.clone(),
-                    expected,
-                    found: value.type_name(),
-                });
-            }
-        }
-    }
-    Ok(())
+/// The variables to set before the start, each with its value, found to be such.
+fn start_values<'a>(
+    fmu: &'a Fmu,
+    plan: &'a Plan,
+) -> Result<Vec<(&'a ScalarVariable, &'a Value)>, Error> {
+    let check = |(name, value): &'a (String, Value)| {
+        let variable = variable(fmu, name)?;
+        value.check_type(variable)?;
+        check_settable(variable)?;
+        Ok((variable, value))
+    };
+    plan.start_values.iter().map(check).collect()
 }
 
-impl Value {
-    fn type_name(&self) -> &'static str {
-        match self {
-            Self::Real(_) => "Real",
-            Self::Integer(_) => "Integer",
-            Self::Boolean(_) => "Boolean",
-            Self::String(_) => "String",
-        }
+/// Whether a variable has a start value of its own (FMI 2.0 §2.2.7): inputs, and what is not
+/// calculated, unless it is constant.
+fn check_settable(variable: &ScalarVariable) -> Result<(), Error> {
+    let is_settable = variable.variability != Variability::Constant
+        && (variable.causality == Causality::Input
+            || matches!(variable.initial(), Some(Initial::Exact | Initial::Approx)));
+    if is_settable {
+        return Ok(());
     }
+    let found = match (variable.variability, variable.causality) {
+        (Variability::Constant, _) => "a constant",
+        (_, Causality::Independent) => "the independent variable",
+        _ => "one that the FMU calculates",
+    };
+    Err(Error::NotSettable {
+        name: variable.name.clone(),
+        found,
+    })
+}
+
+fn initialize(
+    instance: &mut Instance,
+    plan: &Plan,
+    starts: &[(&ScalarVariable, &Value)],
+) -> Result<(), Error> {
+    let set = |instance: &mut Instance, inputs: bool| {
+        starts
+            .iter()
+            .filter(|(variable, _)| (variable.causality == Causality::Input) == inputs)
+            .try_for_each(|(variable, value)| instance.set(variable, value))
+    };
+    instance.setup_experiment(plan.tolerance, plan.start_time, Some(plan.stop_time))?;
+    set(instance, false)?;
+    instance.enter_initialization_mode()?;
+    set(instance, true)?;
+    instance.exit_initialization_mode()
 }
 
 /// Value references of what is recorded, by type, each with its column.

@@ -3,7 +3,7 @@
 
 use crate::row::Row;
 use bicycle::dynamics::output;
-use bicycle::{Bicycle, Formulation, Input, Output, Parameters, Path, Real, State};
+use bicycle::{Bicycle, Formulation, Input, Output, Parameters, Path, Quantity, Real, State};
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 /// A set of rows, one bit each by value reference.
@@ -15,29 +15,49 @@ const _: () = assert!(Row::COUNT <= Rows::BITS as usize);
 struct Traced {
     value: f64,
     from: Rows,
+    /// Zero whatever the rows: the heading at the start turns no speed sideways.
+    naught: bool,
 }
 
 impl Traced {
+    const NAUGHT: Self = Self {
+        value: 0.0,
+        from: 0,
+        naught: true,
+    };
+
     /// The value of a row.
     fn of(row: Row, value: f64) -> Self {
         Self {
-            value,
             from: 1 << row.reference(),
+            ..Self::from(value)
         }
+    }
+
+    /// The values of rows that are outputs of the same name.
+    fn each<const N: usize>(table: &[Quantity], values: &[f64; N]) -> [Self; N] {
+        std::array::from_fn(|row| {
+            let output = Output::index(table[row].name).expect("every state is an output");
+            Self::of(Row::Output(output), values[row])
+        })
     }
 
     /// What two numbers make together.
     fn join(self, other: Self, value: f64) -> Self {
         Self {
-            value,
             from: self.from | other.from,
+            ..Self::from(value)
         }
     }
 }
 
 impl From<f64> for Traced {
     fn from(value: f64) -> Self {
-        Self { value, from: 0 }
+        Self {
+            value,
+            from: 0,
+            naught: false,
+        }
     }
 }
 
@@ -66,14 +86,29 @@ macro_rules! binary {
 binary! {
     Add add;
     Sub sub;
-    Mul mul;
     Div div;
+}
+
+impl Mul for Traced {
+    type Output = Self;
+    fn mul(self, other: Self) -> Self {
+        if self.naught || other.naught {
+            Self::NAUGHT
+        } else {
+            self.join(other, self.value * other.value)
+        }
+    }
 }
 
 impl Real for Traced {
     fn sin_cos(self) -> (Self, Self) {
         let (sin, cos) = Real::sin_cos(self.value);
-        (Self { value: sin, ..self }, Self { value: cos, ..self })
+        let cos = Self {
+            value: cos,
+            naught: false,
+            ..self
+        };
+        (Self { value: sin, ..self }, cos)
     }
     fn atan(self) -> Self {
         Self {
@@ -89,15 +124,21 @@ impl Real for Traced {
     }
 }
 
-/// For each output the 1-based indices of the inputs it depends on at a communication point,
-/// where the state is what it is.
+/// For each output the 1-based indices of the inputs and continuous states it depends on at a
+/// communication point.
 pub(crate) fn at_communication_points() -> Vec<Vec<u32>> {
     let mut parameters = Parameters::default();
     start_aslant(&mut parameters);
-    let state = state(&parameters).map(Traced::from);
-    collect(&parameters.map(Traced::from), &state)
-        .map(|rows| indices(rows & !(1 << Row::Formulation.reference())))
-        .collect()
+    let state = Traced::each(State::TABLE, &state(&parameters).to_array());
+    let path = Traced::each(Path::TABLE, &[0.0; Path::LEN]);
+    let parameters = parameters.map(Traced::from);
+    collect(
+        &parameters,
+        &State::from_array(state),
+        &Path::from_array(path),
+    )
+    .map(|rows| indices(rows & !(1 << Row::Formulation.reference())))
+    .collect()
 }
 
 /// For each output the 1-based indices of the parameters and inputs it depends on at the start.
@@ -109,7 +150,8 @@ pub(crate) fn at_the_start() -> Vec<Vec<u32>> {
         let row = row.next().expect("an endless sequence");
         Traced::of(row, value)
     });
-    collect(&parameters, &state(&parameters))
+    let path = Path::from_array([Traced::NAUGHT; Path::LEN]);
+    collect(&parameters, &state(&parameters), &path)
         .map(indices)
         .collect()
 }
@@ -138,16 +180,16 @@ fn state<T: Copy>(p: &Parameters<T>) -> State<T> {
 fn collect(
     parameters: &Parameters<Traced>,
     state: &State<Traced>,
+    path: &Path<Traced>,
 ) -> impl Iterator<Item = Rows> + use<> {
     let mut row = (0..).map(Row::Input);
     let input = Input::default().map(|value: f64| {
         let row = row.next().expect("an endless sequence");
         Traced::of(row, value)
     });
-    let path = Path::default();
     let outputs = Formulation::ALL.map(|formulation| {
         let bicycle = Bicycle::new(parameters, formulation);
-        output(&bicycle, state, &path, &input).to_array()
+        output(&bicycle, state, path, &input).to_array()
     });
     (0..Output::LEN).map(move |row| {
         let of = outputs.map(|output| output[row]);

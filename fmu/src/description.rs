@@ -3,8 +3,8 @@
 use crate::dependencies;
 use crate::row::Row;
 use bicycle::quantity::{self, UNITS};
-use bicycle::{Formulation, Output, Quantity, Unit};
-use fmi_export::log_categories;
+use bicycle::{Formulation, Input, Output, Parameters, Path, Quantity, State, Unit};
+use fmi_export::{co_simulation, log_categories};
 use model_description::{
     BaseUnit, Causality, CoSimulation, DefaultExperiment, DisplayUnit, EnumerationType,
     EnumerationVariable, Item, ModelDescription, ModelStructure, RealVariable, ScalarVariable,
@@ -16,8 +16,24 @@ pub const MODEL_IDENTIFIER: &str = "RearLoadBicycle";
 
 const FORMULATION_TYPE: &str = "Formulation";
 
-/// The description, guid included.
+/// What a bicycle starts from: its values of what can be set.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Starts {
+    /// The parameters.
+    pub parameters: Parameters,
+    /// How the equations are read.
+    pub formulation: Formulation,
+    /// The inputs.
+    pub input: Input,
+}
+
+/// The description with nominal start values, guid included.
 pub(crate) fn description() -> ModelDescription {
+    description_from(&Starts::default())
+}
+
+/// The description with these start values; the guid is the same for all.
+pub(crate) fn description_from(starts: &Starts) -> ModelDescription {
     let mut description = ModelDescription {
         model_name: MODEL_IDENTIFIER.to_owned(),
         description: Some(
@@ -31,10 +47,10 @@ pub(crate) fn description() -> ModelDescription {
         license: Some(env!("CARGO_PKG_LICENSE").to_owned()),
         generation_tool: Some(concat!("wobble ", env!("CARGO_PKG_VERSION")).to_owned()),
         co_simulation: Some(CoSimulation {
-            model_identifier: MODEL_IDENTIFIER.to_owned(),
-            can_handle_variable_communication_step_size: true,
-            can_not_use_memory_management_functions: true,
-            ..CoSimulation::default()
+            can_interpolate_inputs: true,
+            provides_directional_derivative: true,
+            max_output_derivative_order: 1,
+            ..co_simulation(MODEL_IDENTIFIER)
         }),
         units: units(),
         types: vec![formulations()],
@@ -45,7 +61,7 @@ pub(crate) fn description() -> ModelDescription {
             tolerance: Some(1e-4),
             step_size: Some(0.005),
         }),
-        variables: Row::all().map(variable).collect(),
+        variables: Row::all().map(|row| variable(row, starts)).collect(),
         structure: structure(),
         ..ModelDescription::default()
     };
@@ -125,33 +141,40 @@ pub(crate) fn formulation_of(value: i32) -> Option<Formulation> {
         .find(|&formulation| formulation_value(formulation) == value)
 }
 
-fn variable(row: Row) -> ScalarVariable {
+fn variable(row: Row, starts: &Starts) -> ScalarVariable {
     match (row, row.quantity()) {
-        (Row::Parameter(_), Some(quantity)) => {
+        (Row::Parameter(index), Some(quantity)) => {
             let variability = match quantity.variability {
                 quantity::Variability::Tunable => Variability::Tunable,
                 quantity::Variability::Fixed | quantity::Variability::Continuous => {
                     Variability::Fixed
                 }
             };
-            real(row, quantity, Causality::Parameter, variability, true)
+            let start = starts.parameters.get(index);
+            real(
+                row,
+                quantity,
+                Causality::Parameter,
+                variability,
+                Some(start),
+            )
         }
-        (Row::Input(_), Some(quantity)) => real(
+        (Row::Input(index), Some(quantity)) => real(
             row,
             quantity,
             Causality::Input,
             Variability::Continuous,
-            true,
+            Some(starts.input.get(index)),
         ),
         (Row::Derived(_), Some(quantity)) => {
-            real(row, quantity, Causality::Local, Variability::Tunable, false)
+            real(row, quantity, Causality::Local, Variability::Tunable, None)
         }
         (_, Some(quantity)) => real(
             row,
             quantity,
             Causality::Output,
             Variability::Continuous,
-            false,
+            None,
         ),
         (Row::Formulation, None) => ScalarVariable {
             name: "formulation".to_owned(),
@@ -162,7 +185,7 @@ fn variable(row: Row) -> ScalarVariable {
             initial: None,
             variable_type: VariableType::Enumeration(EnumerationVariable {
                 declared_type: FORMULATION_TYPE.to_owned(),
-                start: Some(formulation_value(Formulation::default())),
+                start: Some(formulation_value(starts.formulation)),
                 ..EnumerationVariable::default()
             }),
         },
@@ -186,7 +209,7 @@ fn real(
     quantity: &Quantity,
     causality: Causality,
     variability: Variability,
-    starts: bool,
+    start: Option<f64>,
 ) -> ScalarVariable {
     ScalarVariable {
         name: quantity.name.to_owned(),
@@ -200,15 +223,36 @@ fn real(
             display_unit: display_unit(&quantity.unit).map(|display| display.name),
             min: quantity.min.is_finite().then_some(quantity.min),
             max: quantity.max.is_finite().then_some(quantity.max),
-            start: starts.then_some(quantity.nominal),
+            start,
+            derivative: state_of(row).map(Row::index),
             ..RealVariable::default()
         }),
     }
 }
 
-/// Every output; all of them are computed in initialization mode.
+/// The outputs that are continuous states, each after the output that is its time derivative.
+const DERIVATIVES: [(&str, &str); State::LEN + Path::LEN] = [
+    ("roll_rate", "roll"),
+    ("steer_rate", "steer"),
+    ("yaw_rate", "heading"),
+    ("steer_acceleration", "steer_rate"),
+    ("roll_acceleration", "roll_rate"),
+    ("yaw_acceleration", "yaw_rate"),
+    ("x_rate", "x"),
+    ("y_rate", "y"),
+];
+
+/// The continuous state whose derivative `row` is.
+fn state_of(row: Row) -> Option<Row> {
+    let quantity = matches!(row, Row::Output(_)).then(|| row.quantity())??;
+    let pair = DERIVATIVES.iter().find(|(name, _)| *name == quantity.name);
+    pair.and_then(|(_, state)| Output::index(state))
+        .map(Row::Output)
+}
+
+/// Every output, all of them computed in initialization mode, and which of them are derivatives.
 fn structure() -> ModelStructure {
-    let unknowns = |dependencies: Vec<Vec<u32>>| {
+    let unknowns = |dependencies: Vec<Vec<u32>>| -> Vec<Unknown> {
         (0..Output::LEN)
             .zip(dependencies)
             .map(|(row, dependencies)| Unknown {
@@ -218,9 +262,14 @@ fn structure() -> ModelStructure {
             })
             .collect()
     };
+    let outputs = unknowns(dependencies::at_communication_points());
+    let is_derivative = |unknown: &&Unknown| {
+        let row = Row::at(unknown.index - 1);
+        state_of(row).is_some()
+    };
     ModelStructure {
-        outputs: unknowns(dependencies::at_communication_points()),
-        derivatives: Vec::new(),
+        derivatives: outputs.iter().filter(is_derivative).cloned().collect(),
+        outputs,
         initial_unknowns: unknowns(dependencies::at_the_start()),
     }
 }

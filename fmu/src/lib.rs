@@ -6,12 +6,15 @@
 
 mod dependencies;
 mod description;
+mod documentation;
 mod model;
 mod package;
 mod row;
 
-pub use description::MODEL_IDENTIFIER;
+pub use description::{MODEL_IDENTIFIER, Starts};
+/// What packs any model.
+pub use fmi_export::{Library, Package};
 pub use model::RearLoadBicycle;
-pub use package::{Error, built_library, pack};
+pub use package::{Error, built_library, pack, package};
 
 fmi_export::export!(RearLoadBicycle);

@@ -2,10 +2,12 @@
 
 use crate::description::{description, formulation_of, formulation_value};
 use crate::row::Row;
+use bicycle::sensitivity::Direction;
 use bicycle::simulate::{Refusal, Simulation};
-use bicycle::{Bicycle, Formulation, Input, Output, Parameters};
+use bicycle::{Bicycle, Formulation, Input, Output, Parameters, Path, State};
 use fmi_export::{Experiment, Flow, Model, Value};
 use model_description::ModelDescription;
+use serde::{Deserialize, Serialize};
 use std::cell::OnceCell;
 
 /// A longer communication step would not end in reasonable time: 10⁵ s are 10⁸ internal steps of
@@ -16,40 +18,82 @@ const LONGEST_STEP: f64 = 1e5;
 ///
 /// What is set is kept here and taken over by the simulation when the next step begins, so that
 /// setting a value and setting it back is no change.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct RearLoadBicycle {
     parameters: Parameters,
     formulation: Formulation,
+    /// At the present time.
     input: Input,
+    /// How much each input changes in a second.
+    slope: Input,
     /// From initialization on.
     simulation: Option<Simulation>,
-    /// The simulation has not taken over what was set.
-    changed: bool,
+    /// What the simulation has not taken over.
+    pending: Pending,
     /// Outputs at this time with the values set so far, once somebody asks.
+    #[serde(skip)]
     output: OnceCell<Output>,
 }
 
+/// What was set since the last step.
+#[derive(Clone, Copy, Debug, PartialEq, PartialOrd, Serialize, Deserialize)]
+enum Pending {
+    Nothing,
+    Inputs,
+    Parameters,
+}
+
 impl RearLoadBicycle {
+    fn was_set(&mut self, what: Pending) {
+        if what > self.pending {
+            self.pending = what;
+        }
+        self.output.take();
+    }
+
     /// The simulation with what was set taken over.
     fn updated(&self) -> Result<Simulation, String> {
         let mut simulation = self.simulation.clone().ok_or("not initialised")?;
-        let refuse = |refusal: Refusal| refusal.to_string();
-        simulation
-            .set(&self.parameters, self.input)
-            .map_err(refuse)?;
+        take_over(
+            &mut simulation,
+            self.pending,
+            &self.parameters,
+            self.input,
+            self.slope,
+        )
+        .map_err(|refusal| refusal.to_string())?;
         Ok(simulation)
     }
 
-    /// Outputs with what was set; where the next step would refuse that, as they were.
-    fn compute_output(&self) -> Output {
-        if self.changed
-            && let Ok(updated) = self.updated()
+    /// The simulation as far as what was set can be taken over.
+    fn present(&self) -> Option<Simulation> {
+        self.updated().ok().or_else(|| self.simulation.clone())
+    }
+
+    fn output(&self, row: usize) -> f64 {
+        // Inputs act on rates and forces; what has been reached stays until the next step.
+        if self.pending < Pending::Parameters
+            && let Some(value) = self.simulation.as_ref().and_then(|s| s.output_row(row))
         {
-            return updated.output();
+            return value;
         }
-        self.simulation
-            .as_ref()
-            .map_or_else(Output::default, Simulation::output)
+        self.output
+            .get_or_init(|| self.present().map_or_else(Output::default, |s| s.output()))
+            .get(row)
+    }
+}
+
+fn take_over(
+    simulation: &mut Simulation,
+    pending: Pending,
+    parameters: &Parameters,
+    input: Input,
+    slope: Input,
+) -> Result<(), Refusal> {
+    match pending {
+        Pending::Nothing => Ok(()),
+        Pending::Inputs if is_level(&slope) => simulation.set_input(input),
+        Pending::Inputs | Pending::Parameters => simulation.set(parameters, input, slope),
     }
 }
 
@@ -63,8 +107,9 @@ impl Model for RearLoadBicycle {
             parameters: Parameters::default(),
             formulation: Formulation::default(),
             input: Input::default(),
+            slope: Input::ZERO,
             simulation: None,
-            changed: false,
+            pending: Pending::Nothing,
             output: OnceCell::new(),
         }
     }
@@ -74,7 +119,7 @@ impl Model for RearLoadBicycle {
             Row::Parameter(row) => self.parameters.get(row),
             Row::Formulation => return Value::Integer(formulation_value(self.formulation)),
             Row::Input(row) => self.input.get(row),
-            Row::Output(row) => self.output.get_or_init(|| self.compute_output()).get(row),
+            Row::Output(row) => self.output(row),
             Row::Derived(row) => Bicycle::new(&self.parameters, self.formulation)
                 .derived()
                 .get(row),
@@ -83,26 +128,36 @@ impl Model for RearLoadBicycle {
     }
 
     fn set(&mut self, reference: u32, value: Value) {
-        match (Row::at(reference), value) {
-            (Row::Parameter(row), Value::Real(value)) => self.parameters.set(row, value),
-            (Row::Input(row), Value::Real(value)) => self.input.set(row, value),
+        let pending = match (Row::at(reference), value) {
+            (Row::Parameter(row), Value::Real(value)) => {
+                self.parameters.set(row, value);
+                Pending::Parameters
+            }
+            (Row::Input(row), Value::Real(value)) => {
+                self.input.set(row, value);
+                Pending::Inputs
+            }
             (Row::Formulation, Value::Integer(value)) => {
                 if let Some(formulation) = formulation_of(value) {
                     self.formulation = formulation;
                 }
+                Pending::Parameters
             }
             (row, value) => unreachable!("{row:?} = {value:?} is refused by the instance"),
-        }
-        self.changed = true;
-        self.output.take();
+        };
+        self.was_set(pending);
     }
 
     fn initialize(&mut self, experiment: &Experiment) -> Result<(), String> {
+        let refuse = |refusal: Refusal| refusal.to_string();
         let start = experiment.start_time;
-        let simulation = Simulation::new(&self.parameters, self.formulation, self.input, start)
-            .map_err(|refusal| refusal.to_string())?;
+        let mut simulation = Simulation::new(&self.parameters, self.formulation, self.input, start)
+            .map_err(refuse)?;
+        simulation
+            .set(&self.parameters, self.input, self.slope)
+            .map_err(refuse)?;
         self.simulation = Some(simulation);
-        self.changed = false;
+        self.pending = Pending::Nothing;
         self.output.take();
         Ok(())
     }
@@ -113,18 +168,27 @@ impl Model for RearLoadBicycle {
                 "communication step size: expected at most {LONGEST_STEP} s, found {h} s"
             ));
         }
-        if self.changed {
-            match self.updated() {
-                Ok(updated) => self.simulation = Some(updated),
-                Err(why) => return Flow::Refuse(why),
-            }
-            self.changed = false;
-        }
-        self.output.take();
         let Some(simulation) = &mut self.simulation else {
             return Flow::Refuse("not initialised".to_owned());
         };
-        match simulation.advance(t + h) {
+        let (pending, parameters) = (self.pending, &self.parameters);
+        let taken = if is_level(&self.slope) {
+            take_over(simulation, pending, parameters, self.input, self.slope)
+        } else {
+            // Where a ramp leads is known only once it is taken over, and may be refused then.
+            let mut ahead = simulation.clone();
+            take_over(&mut ahead, pending, parameters, self.input, self.slope)
+                .and_then(|()| ahead.check_until(t + h))
+                .map(|()| *simulation = ahead)
+        };
+        if let Err(refusal) = taken {
+            return Flow::Refuse(refusal.to_string());
+        }
+        self.pending = Pending::Nothing;
+        self.output.take();
+        let arrived = simulation.advance(t + h);
+        self.input = simulation.input();
+        match arrived {
             Ok(()) => Flow::Continue,
             Err(stop) => Flow::Terminate {
                 at: stop.time(),
@@ -132,4 +196,52 @@ impl Model for RearLoadBicycle {
             },
         }
     }
+
+    fn directional_derivative(&self, unknown: &[u32], known: &[(u32, f64)]) -> Vec<f64> {
+        let Some(simulation) = self.present() else {
+            return vec![0.0; unknown.len()];
+        };
+        let mut direction = Direction::ZERO;
+        for &(reference, seed) in known {
+            let row = Row::at(reference);
+            match row {
+                Row::Parameter(row) => direction.parameters.set(row, seed),
+                Row::Input(row) => direction.input.set(row, seed),
+                _ => {}
+            }
+            // A start value in initialization mode, the state itself later.
+            let name = row.quantity().map_or("", |quantity| quantity.name);
+            let name = name.strip_suffix("_start").unwrap_or(name);
+            if let Some(row) = State::index(name) {
+                direction.state.set(row, seed);
+            } else if let Some(row) = Path::index(name) {
+                direction.path.set(row, seed);
+            }
+        }
+        let along = simulation.output_along(&direction);
+        let derivative = |&reference: &u32| match Row::at(reference) {
+            Row::Output(row) => along.get(row),
+            _ => 0.0,
+        };
+        unknown.iter().map(derivative).collect()
+    }
+
+    fn set_input_slope(&mut self, reference: u32, slope: f64) {
+        if let Row::Input(row) = Row::at(reference) {
+            self.slope.set(row, slope);
+            self.was_set(Pending::Inputs);
+        }
+    }
+
+    fn output_rate(&self, reference: u32) -> f64 {
+        match (Row::at(reference), self.present()) {
+            (Row::Output(row), Some(simulation)) => simulation.output_rate().get(row),
+            _ => 0.0,
+        }
+    }
+}
+
+/// Whether no input changes.
+fn is_level(slope: &Input) -> bool {
+    slope.to_array().iter().all(|&slope| slope == 0.0)
 }

@@ -1,8 +1,8 @@
 //! `RearLoadBicycle.fmu`: library, description, documentation in one archive.
 
-use crate::description::{MODEL_IDENTIFIER, description};
-use crate::row::Row;
-use bicycle::{Formulation, Quantity};
+use crate::description::{Starts, description_from};
+use crate::documentation;
+use bicycle::{Input, Parameters};
 use fmi_export::Package;
 use model_description::Platform;
 use std::env::consts::{DLL_PREFIX, DLL_SUFFIX};
@@ -29,29 +29,54 @@ pub enum Error {
     /// FMI 2.0 has no name for this platform.
     #[error("expected a platform that FMI 2.0 names (Linux, Windows, macOS), found {os}", os = std::env::consts::OS)]
     NoPlatform,
+    /// A start value that an importer would not be let in with.
+    #[error("{name}: expected a start value of {min} to {max} {unit}, found {found} {unit}")]
+    OutOfRange {
+        /// Name of the row.
+        name: &'static str,
+        /// Smallest value.
+        min: f64,
+        /// Largest value.
+        max: f64,
+        /// Unit of all three.
+        unit: &'static str,
+        /// The value.
+        found: f64,
+    },
     /// The archive could not be written.
     #[error(transparent)]
     Pack(#[from] fmi_export::Error),
 }
 
-/// Packs the shared library of this platform into the FMU `out`.
+/// The bicycle with these start values, its libraries still to be added.
+pub fn package(starts: &Starts) -> Result<Package, Error> {
+    let parameters = Parameters::TABLE.iter().zip(starts.parameters.to_array());
+    let inputs = Input::TABLE.iter().zip(starts.input.to_array());
+    for (row, value) in parameters.chain(inputs) {
+        if !row.admits(value) {
+            return Err(Error::OutOfRange {
+                name: row.name,
+                min: row.min,
+                max: row.max,
+                unit: row.unit.symbol,
+                found: value,
+            });
+        }
+    }
+    Ok(Package {
+        description: description_from(starts),
+        libraries: Vec::new(),
+        files: documentation::files(),
+    })
+}
+
+/// Packs the nominal bicycle with the shared library of this platform into the FMU `out`.
 pub fn pack(library: &Path, out: &Path) -> Result<(), Error> {
     let platform = Platform::current().ok_or(Error::NoPlatform)?;
-    let package = Package {
-        description: description(),
-        libraries: vec![(platform, library.to_owned())],
-        files: vec![
-            (
-                "documentation/index.html".to_owned(),
-                documentation().into_bytes(),
-            ),
-            (
-                "documentation/licenses/license.txt".to_owned(),
-                include_bytes!("../documentation/licenses/license.txt").to_vec(),
-            ),
-        ],
-    };
-    Ok(package.write(out)?)
+    let mut package = package(&Starts::default())?;
+    package.libraries.push((platform, library.to_owned()));
+    package.write(out)?;
+    Ok(())
 }
 
 /// The shared library that cargo put beside the running program, or an installer did.
@@ -68,83 +93,50 @@ pub fn built_library() -> Result<PathBuf, Error> {
         .ok_or(Error::NoLibrary { name, program })
 }
 
-/// documentation/index.html: the page with the tables filled in.
-fn documentation() -> String {
-    let rows = |wanted: fn(&Row) -> bool| -> String {
-        let rows: Vec<String> = Row::all()
-            .filter(wanted)
-            .filter_map(Row::quantity)
-            .map(table_row)
-            .collect();
-        rows.join("\n")
-    };
-    let formulations: Vec<String> = Formulation::ALL
-        .iter()
-        .map(|formulation| {
-            let cells = [formulation.name(), formulation.what()].map(cell);
-            format!("<tr>{}</tr>", cells.concat())
-        })
-        .collect();
-    include_str!("../documentation/index.html")
-        .replace("<!-- model -->", MODEL_IDENTIFIER)
-        .replace("<!-- version -->", env!("CARGO_PKG_VERSION"))
-        .replace(
-            "<!-- parameters -->",
-            &rows(|row| matches!(row, Row::Parameter(_))),
-        )
-        .replace("<!-- inputs -->", &rows(|row| matches!(row, Row::Input(_))))
-        .replace(
-            "<!-- outputs -->",
-            &rows(|row| matches!(row, Row::Output(_))),
-        )
-        .replace(
-            "<!-- locals -->",
-            &rows(|row| matches!(row, Row::Derived(_))),
-        )
-        .replace("<!-- formulations -->", &formulations.join("\n"))
-}
-
-/// Name, symbol, unit, nominal value, range, meaning, source.
-fn table_row(quantity: &Quantity) -> String {
-    let bound = |value: f64| {
-        if value.is_finite() {
-            value.to_string()
-        } else {
-            String::new()
-        }
-    };
-    let cells = [
-        quantity.name,
-        quantity.symbol,
-        quantity.unit.symbol,
-        &quantity.nominal.to_string(),
-        &bound(quantity.min),
-        &bound(quantity.max),
-        quantity.what,
-        quantity.source,
-    ]
-    .map(cell);
-    format!("<tr>{}</tr>", cells.concat())
-}
-
-fn cell(text: &str) -> String {
-    let text = text
-        .replace('&', "&amp;")
-        .replace('<', "&lt;")
-        .replace('>', "&gt;");
-    format!("<td>{text}</td>")
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use model_description::{ModelDescription, VariableType};
+
+    fn start(description: &ModelDescription, name: &str) -> Option<f64> {
+        match &description.variable(name)?.variable_type {
+            VariableType::Real(real) => real.start,
+            VariableType::Enumeration(choice) => choice.start.map(f64::from),
+            _ => None,
+        }
+    }
 
     #[test]
-    fn the_documentation_has_every_row_and_no_gap() {
-        let page = documentation();
-        for quantity in Row::all().filter_map(Row::quantity) {
-            assert!(page.contains(&cell(quantity.name)), "{}", quantity.name);
-        }
-        assert!(!page.contains("<!--"), "a placeholder is left");
+    fn start_values_are_the_bicycles_and_the_guid_is_not_theirs() {
+        let starts = Starts {
+            parameters: Parameters {
+                trail: 0.1 + 0.2 - 0.25,
+                ..Parameters::default()
+            },
+            formulation: bicycle::Formulation::Minimal,
+            input: Input {
+                speed: 3.0,
+                ..Input::default()
+            },
+        };
+        let described = package(&starts).expect("in range").description;
+        assert_eq!(start(&described, "trail"), Some(starts.parameters.trail));
+        assert_eq!(start(&described, "speed"), Some(3.0));
+        assert_eq!(start(&described, "formulation"), Some(2.0));
+        let nominal = package(&Starts::default()).expect("in range").description;
+        assert_eq!(described.guid, nominal.guid);
+    }
+
+    #[test]
+    fn a_start_value_out_of_range_is_refused_by_name() {
+        let mut starts = Starts::default();
+        starts.parameters.trail = 0.3;
+        let error = package(&starts).expect_err("too long").to_string();
+        assert_eq!(
+            error,
+            "trail: expected a start value of -0.1 to 0.2 m, found 0.3 m"
+        );
+        starts.parameters.trail = f64::NAN;
+        assert!(package(&starts).is_err());
     }
 }

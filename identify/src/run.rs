@@ -381,7 +381,7 @@ impl Run {
 
     /// The fitted bicycle with its effective damping, if that is what was fitted, as viscous
     /// friction alone.
-    fn as_simulated(&self, fitted: &Candidate) -> Parameters {
+    pub fn as_simulated(&self, fitted: &Candidate) -> Parameters {
         match self.fit.estimate("effective_damping") {
             Some(damping) => Parameters {
                 viscous_friction: damping.value,

@@ -57,7 +57,7 @@ pub fn simulate(
                 trajectory.stop = Some(stop);
                 break;
             }
-            simulation.set(&change.parameters, change.input)?;
+            simulation.set(&change.parameters, change.input, Input::ZERO)?;
         }
         let outcome = simulation.advance(to);
         trajectory.time.push(simulation.time());

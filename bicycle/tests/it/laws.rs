@@ -135,7 +135,7 @@ proptest! {
     fn repaired_keeps_the_mirror_law(motion in motion()) {
         let repaired = |m: &Motion| m.derivative(Formulation::Repaired);
         prop_assert_eq!(off_mirror(repaired, &motion), NONE);
-        let even = ["x", "effective_trail", "front_load"];
+        let even = ["x", "effective_trail", "front_load", "x_rate"];
         let (ours, theirs) = (motion.output(), motion.mirrored().output());
         for (i, row) in Output::TABLE.iter().enumerate() {
             let expected = if even.contains(&row.name) { ours[i] } else { -ours[i] };

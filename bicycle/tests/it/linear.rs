@@ -3,7 +3,7 @@
 use bicycle::dynamics::{self, Nonlinear, derivative, derivative_with};
 use bicycle::linear::{StateMatrix, apart, eigenvalues, fastest_growth, linearize};
 use bicycle::{Bicycle, Formulation, Input, Parameters, State};
-use nalgebra::SVector;
+use nalgebra::{Complex, SVector};
 
 /// Widths at which differences of 1e-5 still resolve the smoothed jumps.
 fn smooth() -> Parameters {
@@ -207,11 +207,44 @@ fn eigenvalues_are_the_characteristic_roots() {
     let (a, _) = linearize(&Bicycle::new(&p, Formulation::Repaired), &UPRIGHT, &u);
     let values = eigenvalues(&a);
     let sum: f64 = values.iter().map(|l| l.re).sum();
-    let product: nalgebra::Complex<f64> = values.iter().product();
+    let product: Complex<f64> = values.iter().product();
     // backward stable: errors of the size of ε ‖A‖ in each
     assert!((sum - a.trace()).abs() < 1e-12 * a.norm());
     assert!((product - a.determinant()).norm() < 1e-10 * a.determinant().abs());
     assert!(values.windows(2).all(|pair| pair[0].re >= pair[1].re));
+}
+
+/// The state matrix of a bicycle within its ranges on which the QR iteration does not converge.
+#[test]
+fn eigenvalues_of_a_matrix_that_goes_round_in_circles() {
+    let a = StateMatrix::from_columns(&[
+        SVector::from([0.0, -837.7995943568543, 1.0, 0.0, 0.0]),
+        SVector::from([0.3976463975882485, -1687.825060177486, 0.0, 1.0, 0.0]),
+        SVector::from([
+            1.0604661656123913,
+            -2247.900323440016,
+            0.0,
+            0.0,
+            -5.237334691594566,
+        ]),
+        SVector::from([
+            -0.1499828922377729,
+            -2187.0343510778944,
+            0.0,
+            0.0,
+            14.714629820246014,
+        ]),
+        SVector::from([
+            0.051379927127939935,
+            1445.849475498739,
+            0.0,
+            0.0,
+            -19.82856115378217,
+        ]),
+    ]);
+    let sum: Complex<f64> = eigenvalues(&a).iter().sum();
+    // backward stable: errors of the size of ε ‖A‖
+    assert!((sum - a.trace()).norm() < 1e-12 * a.norm(), "{sum}");
 }
 
 #[test]

@@ -146,7 +146,7 @@ fn steps_too_long_are_refused() {
     let mut ride = Simulation::new(&p, Formulation::Repaired, Input::default(), 0.0)
         .expect("fast enough for 5 ms");
     assert!(ride.set_input(slow).is_err());
-    assert_eq!(ride.input(), &Input::default());
+    assert_eq!(ride.input(), Input::default());
     let soft = Parameters {
         steer_rate_smoothing: 1e-4,
         ..p

@@ -130,7 +130,8 @@ fn names_do_not_change() {
         names(Output::TABLE),
         "roll steer roll_rate steer_rate yaw_rate heading x y slip_angle camber_angle \
          effective_trail lateral_force camber_thrust rear_lateral_force lateral_velocity \
-         front_load rider_torque steer_acceleration roll_acceleration"
+         front_load rider_torque steer_acceleration roll_acceleration \
+         yaw_acceleration x_rate y_rate"
     );
 }
 

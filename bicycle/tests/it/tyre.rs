@@ -1,6 +1,6 @@
 //! The front contact, and the signs of what it does.
 
-use bicycle::dynamics::derivative;
+use bicycle::dynamics::{Angles, derivative};
 use bicycle::mass::PAPER_BICYCLE;
 use bicycle::real::sign;
 use bicycle::{Bicycle, Formulation, Input, Parameters, State, tyre};
@@ -145,14 +145,18 @@ fn trail_follows_the_contact_point() {
     let (roll, r, trail) = (0.2f64, b.p.front_wheel_radius, b.p.trail);
     // sines from two libraries, an ulp apart
     let close = |found: f64, expected: f64| assert!((found - expected).abs() < 1e-15);
-    close(tyre::contact_shift(&b, roll), r * roll.sin());
+    let leaning = Angles::at(&State {
+        roll,
+        ..State::default()
+    });
+    close(tyre::contact_shift(&b, &leaning), r * roll.sin());
     // lean right, steer left: the contact moves away from the steer axis
     close(
-        tyre::effective_trail(&b, roll, 1.0),
+        tyre::effective_trail(&b, &leaning, 1.0),
         trail * roll.cos() + r * roll.sin(),
     );
     close(
-        tyre::effective_trail(&b, roll, -1.0),
+        tyre::effective_trail(&b, &leaning, -1.0),
         trail * roll.cos() - r * roll.sin(),
     );
     close(

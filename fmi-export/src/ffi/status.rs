@@ -1,10 +1,10 @@
-//! How a step went, and what this crate does not provide yet.
+//! How a step went.
 
 use super::{call, slice_mut};
 use crate::{Error, Function, Model};
 use fmi2::{
-    fmi2Boolean, fmi2Byte, fmi2Component, fmi2FMUstate, fmi2Integer, fmi2LastSuccessfulTime,
-    fmi2Real, fmi2Status, fmi2StatusKind, fmi2String, fmi2Terminated, fmi2ValueReference,
+    fmi2Boolean, fmi2Component, fmi2Integer, fmi2LastSuccessfulTime, fmi2Real, fmi2Status,
+    fmi2StatusKind, fmi2String, fmi2Terminated,
 };
 
 /// `fmi2GetRealStatus`: the last successful time.
@@ -87,37 +87,15 @@ no_status! {
     get_string_status: fmi2String as GetStringStatus;
 }
 
-/// Functions of capabilities that the description must not declare.
-macro_rules! not_provided {
-    ($($name:ident($($argument:ty),*) as $function:ident;)*) => {
-        $(
-            #[doc = concat!("`fmi2", stringify!($function), "`.")]
-            ///
-            /// # Safety
-            /// See the module [`super`].
-            pub unsafe fn $name<M: Model>(c: fmi2Component, $(_: $argument),*) -> fmi2Status {
-                // SAFETY: the module's contract.
-                unsafe {
-                    call::<M>(c, |component| {
-                        component.instance.permit(Function::$function)?;
-                        let function = Function::$function.name;
-                        Err(Error::NotProvided { function })
-                    })
-                }
-            }
-        )*
-    };
-}
-
-not_provided! {
-    get_fmu_state(*mut fmi2FMUstate) as GetFMUstate;
-    set_fmu_state(fmi2FMUstate) as SetFMUstate;
-    free_fmu_state(*mut fmi2FMUstate) as FreeFMUstate;
-    serialized_fmu_state_size(fmi2FMUstate, *mut usize) as SerializedFMUstateSize;
-    serialize_fmu_state(fmi2FMUstate, *mut fmi2Byte, usize) as SerializeFMUstate;
-    deserialize_fmu_state(*const fmi2Byte, usize, *mut fmi2FMUstate) as DeSerializeFMUstate;
-    get_directional_derivative(*const fmi2ValueReference, usize, *const fmi2ValueReference, usize, *const fmi2Real, *mut fmi2Real) as GetDirectionalDerivative;
-    set_real_input_derivatives(*const fmi2ValueReference, usize, *const fmi2Integer, *const fmi2Real) as SetRealInputDerivatives;
-    get_real_output_derivatives(*const fmi2ValueReference, usize, *const fmi2Integer, *mut fmi2Real) as GetRealOutputDerivatives;
-    cancel_step() as CancelStep;
+/// `fmi2CancelStep`: never legal, for no step is ever pending.
+///
+/// # Safety
+/// See the module [`super`].
+pub unsafe fn cancel_step<M: Model>(c: fmi2Component) -> fmi2Status {
+    // SAFETY: the module's contract.
+    unsafe {
+        call::<M>(c, |component| {
+            component.instance.permit(Function::CancelStep)
+        })
+    }
 }

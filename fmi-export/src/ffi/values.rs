@@ -1,8 +1,7 @@
 //! Reading and setting variables.
 
 use super::{call, slice, slice_mut, strings, text};
-use crate::Model;
-use crate::instance::Scalar;
+use crate::{Model, Scalar};
 use fmi2::{fmi2Boolean, fmi2Component, fmi2False, fmi2Status, fmi2String, fmi2ValueReference};
 
 /// `fmi2GetReal` and `fmi2GetInteger`.

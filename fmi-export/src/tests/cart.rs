@@ -1,11 +1,12 @@
 //! A cart of given mass on a rail, pushed by a force, until the rail ends.
 
-use crate::{Experiment, Flow, Model, Value, log_categories};
+use crate::{Experiment, Flow, Model, Value, co_simulation, log_categories};
 use model_description::{
     BooleanVariable, Causality, CoSimulation, EnumerationType, EnumerationVariable,
-    IntegerVariable, Item, ModelDescription, RealVariable, ScalarVariable, SimpleType,
-    StringVariable, TypeDefinition, Variability, VariableType,
+    IntegerVariable, Item, ModelDescription, ModelStructure, RealVariable, ScalarVariable,
+    SimpleType, StringVariable, TypeDefinition, Unknown, Variability, VariableType,
 };
+use serde::{Deserialize, Serialize};
 
 pub(super) const MASS: u32 = 0;
 pub(super) const DRAG: u32 = 1;
@@ -24,7 +25,7 @@ pub(super) const RAIL: f64 = 10.0;
 /// With so many wheels the model panics.
 pub(super) const CURSED: i32 = 13;
 
-#[derive(Clone)]
+#[derive(Clone, Serialize, Deserialize)]
 pub(super) struct Cart {
     mass: f64,
     drag: f64,
@@ -33,6 +34,7 @@ pub(super) struct Cart {
     owner: String,
     gait: i32,
     force: f64,
+    force_slope: f64,
     position: f64,
     velocity: f64,
     time: f64,
@@ -104,13 +106,22 @@ fn rows() -> [(&'static str, Causality, Variability, VariableType); COUNT as usi
     ]
 }
 
+fn unknown(reference: u32) -> Unknown {
+    Unknown {
+        index: reference + 1,
+        ..Unknown::default()
+    }
+}
+
 impl Model for Cart {
     fn description() -> ModelDescription {
         ModelDescription {
             model_name: "Cart".to_owned(),
             co_simulation: Some(CoSimulation {
-                model_identifier: "Cart".to_owned(),
-                ..CoSimulation::default()
+                can_interpolate_inputs: true,
+                provides_directional_derivative: true,
+                max_output_derivative_order: 1,
+                ..co_simulation("Cart")
             }),
             types: vec![SimpleType {
                 name: "Gait".to_owned(),
@@ -146,6 +157,11 @@ impl Model for Cart {
                     },
                 )
                 .collect(),
+            structure: ModelStructure {
+                outputs: vec![unknown(POSITION), unknown(ACCELERATION)],
+                initial_unknowns: vec![unknown(POSITION), unknown(ACCELERATION)],
+                ..ModelStructure::default()
+            },
             ..ModelDescription::default()
         }
     }
@@ -159,6 +175,7 @@ impl Model for Cart {
             owner: "nobody".to_owned(),
             gait: 1,
             force: 1.0,
+            force_slope: 0.0,
             position: 0.0,
             velocity: 0.0,
             time: 0.0,
@@ -210,7 +227,9 @@ impl Model for Cart {
             return Flow::Refuse("the brake is on".to_owned());
         }
         let a = self.acceleration();
-        let position = self.position + self.velocity * h + 0.5 * a * h * h;
+        // The jerk of a force that is a ramp; drag is not felt within a step.
+        let jerk = self.force_slope / self.mass;
+        let position = self.position + self.velocity * h + 0.5 * a * h * h + jerk * h * h * h / 6.0;
         if position > RAIL {
             self.time = t + 0.5 * h;
             self.position = RAIL;
@@ -220,8 +239,34 @@ impl Model for Cart {
             };
         }
         self.position = position;
-        self.velocity += a * h;
+        self.velocity += a * h + 0.5 * jerk * h * h;
+        self.force += self.force_slope * h;
         self.time = t + h;
         Flow::Continue
+    }
+
+    fn set_input_slope(&mut self, _: u32, slope: f64) {
+        self.force_slope = slope;
+    }
+
+    fn output_rate(&self, reference: u32) -> f64 {
+        match reference {
+            POSITION => self.velocity,
+            _ => (self.force_slope - self.drag * self.acceleration()) / self.mass,
+        }
+    }
+
+    fn directional_derivative(&self, unknown: &[u32], known: &[(u32, f64)]) -> Vec<f64> {
+        let by = |&(known, seed): &(u32, f64)| match known {
+            FORCE => seed / self.mass,
+            MASS => -seed * self.acceleration() / self.mass,
+            _ => 0.0,
+        };
+        let acceleration = known.iter().map(by).sum();
+        let derivative = |&unknown: &u32| match unknown {
+            ACCELERATION => acceleration,
+            _ => 0.0,
+        };
+        unknown.iter().map(derivative).collect()
     }
 }

@@ -4,11 +4,15 @@ use super::cart::Cart;
 use crate::{Model, ffi};
 use fmi2::{
     fmi2CallbackFunctions, fmi2CallbackLogger, fmi2CoSimulation, fmi2Component,
-    fmi2ComponentEnvironment, fmi2Discard, fmi2Error, fmi2Fatal, fmi2OK, fmi2Status, fmi2String,
+    fmi2ComponentEnvironment, fmi2Discard, fmi2Error, fmi2FMUstate, fmi2Fatal, fmi2OK, fmi2Status,
+    fmi2String,
 };
 use std::ffi::{CStr, CString, c_void};
 use std::ptr::{null, null_mut};
 use std::sync::Mutex;
+
+/// As `export!` makes one for each library.
+pub(super) static SHARED: ffi::Shared<Cart> = ffi::Shared::new();
 
 /// Log lines as `instance status category message`.
 pub(super) type Log = Mutex<Vec<String>>;
@@ -56,6 +60,10 @@ pub(super) fn callbacks(environment: &Log) -> fmi2CallbackFunctions {
 pub(super) struct Host {
     pub(super) c: fmi2Component,
     log: Box<Log>,
+    /// The saved state that the words are about.
+    pub(super) saved: fmi2FMUstate,
+    /// The time when it was saved [s].
+    saved_time: f64,
     /// The importer's idea of the time [s].
     pub(super) time: f64,
 }
@@ -66,7 +74,8 @@ impl Host {
         let guid = text(&Cart::description().fingerprint());
         // SAFETY: all texts are null-terminated, the callbacks valid.
         let c = unsafe {
-            ffi::instantiate::<Cart>(
+            ffi::instantiate(
+                &SHARED,
                 c"cart".as_ptr(),
                 fmi2CoSimulation,
                 guid.as_ptr(),
@@ -77,7 +86,18 @@ impl Host {
             )
         };
         assert!(!c.is_null());
-        Self { c, log, time: 0.0 }
+        Self::of(c, log)
+    }
+
+    /// Of an instance made elsewhere.
+    pub(super) fn of(c: fmi2Component, log: Box<Log>) -> Self {
+        Self {
+            c,
+            log,
+            saved: null_mut(),
+            saved_time: 0.0,
+            time: 0.0,
+        }
     }
 
     /// The log since the last call.
@@ -121,11 +141,62 @@ impl Host {
         status
     }
 
+    /// The saved state in bytes.
+    pub(super) fn bytes(&self) -> Vec<i8> {
+        let mut size = 0;
+        // SAFETY: a live instance, a buffer of the size asked for.
+        unsafe {
+            let status = ffi::serialized_fmu_state_size::<Cart>(self.c, self.saved, &raw mut size);
+            assert_eq!(status, fmi2OK, "{:?}", self.log());
+            let mut bytes = vec![0; size];
+            let status =
+                ffi::serialize_fmu_state::<Cart>(self.c, self.saved, bytes.as_mut_ptr(), size);
+            assert_eq!(status, fmi2OK, "{:?}", self.log());
+            bytes
+        }
+    }
+
+    /// Takes bytes as the saved state.
+    pub(super) fn take_bytes(&mut self, bytes: &[i8]) -> fmi2Status {
+        // SAFETY: a live instance, a buffer of the length said.
+        unsafe {
+            ffi::deserialize_fmu_state::<Cart>(
+                self.c,
+                bytes.as_ptr(),
+                bytes.len(),
+                &raw mut self.saved,
+            )
+        }
+    }
+
+    /// The saved state to bytes and back, in its place.
+    fn copy_state(&mut self) -> fmi2Status {
+        let bytes = self.bytes();
+        self.take_bytes(&bytes)
+    }
+
+    /// ∂acceleration/∂known.
+    pub(super) fn derivative(&self, known: u32) -> (fmi2Status, f64) {
+        let (unknown, seed, mut found) = (super::cart::ACCELERATION, 1.0, f64::NAN);
+        // SAFETY: one element each.
+        let status = unsafe {
+            ffi::get_directional_derivative::<Cart>(
+                self.c,
+                &raw const unknown,
+                1,
+                &raw const known,
+                1,
+                &raw const seed,
+                &raw mut found,
+            )
+        };
+        (status, found)
+    }
+
     /// Calls what `word` names.
     pub(super) fn call(&mut self, word: &str) -> fmi2Status {
         let c = self.c;
-        let (mut real, mut integer, mut string, mut size) = (0.0, 0, null(), 0);
-        let mut state = null_mut();
+        let (mut real, mut integer, mut string) = (0.0, 0, null());
         // SAFETY: a live instance, and pointers to locals of one element.
         unsafe {
             match word {
@@ -151,26 +222,37 @@ impl Host {
                 "status" => ffi::get_status::<Cart>(c, 0, &raw mut integer),
                 "integer-status" => ffi::get_integer_status::<Cart>(c, 0, &raw mut integer),
                 "string-status" => ffi::get_string_status::<Cart>(c, 1, &raw mut string),
-                "get-state" => ffi::get_fmu_state::<Cart>(c, &raw mut state),
-                "set-state" => ffi::set_fmu_state::<Cart>(c, state),
-                "free-state" => ffi::free_fmu_state::<Cart>(c, &raw mut state),
-                "state-size" => ffi::serialized_fmu_state_size::<Cart>(c, state, &raw mut size),
-                "serialize" => ffi::serialize_fmu_state::<Cart>(c, state, null_mut(), 0),
-                "deserialize" => ffi::deserialize_fmu_state::<Cart>(c, null(), 0, &raw mut state),
-                "derivative" => ffi::get_directional_derivative::<Cart>(
-                    c,
-                    null(),
-                    0,
-                    null(),
-                    0,
-                    null(),
-                    null_mut(),
-                ),
+                "get-state" => {
+                    self.saved_time = self.time;
+                    ffi::get_fmu_state::<Cart>(c, &raw mut self.saved)
+                }
+                "set-state" => {
+                    self.time = self.saved_time;
+                    ffi::set_fmu_state::<Cart>(c, self.saved)
+                }
+                "free-state" => ffi::free_fmu_state::<Cart>(c, &raw mut self.saved),
+                "copy-state" => self.copy_state(),
+                "derivative" => self.derivative(super::cart::FORCE).0,
+                "derivative-fixed" => self.derivative(super::cart::MASS).0,
                 "input-derivative" => {
-                    ffi::set_real_input_derivatives::<Cart>(c, null(), 0, null(), null())
+                    let (force, order, slope) = (super::cart::FORCE, 1, 2.0);
+                    ffi::set_real_input_derivatives::<Cart>(
+                        c,
+                        &raw const force,
+                        1,
+                        &raw const order,
+                        &raw const slope,
+                    )
                 }
                 "output-derivative" => {
-                    ffi::get_real_output_derivatives::<Cart>(c, null(), 0, null(), null_mut())
+                    let (position, order) = (super::cart::POSITION, 1);
+                    ffi::get_real_output_derivatives::<Cart>(
+                        c,
+                        &raw const position,
+                        1,
+                        &raw const order,
+                        &raw mut real,
+                    )
                 }
                 _ => panic!("no call is named {word}"),
             }
@@ -181,7 +263,7 @@ impl Host {
 impl Drop for Host {
     fn drop(&mut self) {
         // SAFETY: freed once, here.
-        unsafe { ffi::free_instance::<Cart>(self.c) }
+        unsafe { ffi::free_instance(&SHARED, self.c) }
     }
 }
 

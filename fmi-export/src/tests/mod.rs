@@ -4,4 +4,6 @@ mod cart;
 mod host;
 mod life_cycle;
 mod pack;
+mod start;
+mod states;
 mod values;

@@ -2,7 +2,8 @@ use super::cart::{
     ACCELERATION, BRAKED, COUNT, Cart, DRAG, FORCE, GAIT, MASS, OWNER, POSITION, TIME, WHEELS,
 };
 use super::host::{Host, check, run, text};
-use crate::{Instance, Model, ffi};
+use crate::variables::Variables;
+use crate::{Model, ffi};
 use fmi2::{fmi2Error, fmi2OK};
 use std::ffi::CStr;
 use std::ptr::{null, null_mut};
@@ -147,7 +148,7 @@ fn texts_that_are_not_utf8_are_refused() {
 fn a_description_whose_value_references_are_no_row_numbers_is_refused() {
     let mut description = Cart::description();
     description.variables[POSITION as usize].value_reference = 99;
-    let error = Instance::<Cart>::new(&description).err().expect("refused");
+    let error = Variables::new(&description).expect_err("refused");
     assert_eq!(
         error.to_string(),
         "model description: variable position: expected value reference 7, its row number, found 99"

@@ -81,36 +81,65 @@ fn influences() -> Vec<BTreeSet<u32>> {
     found
 }
 
-#[test]
-fn what_is_declared_is_what_moves() {
-    let influences = influences();
-    for (row, (declared, found)) in at_the_start().iter().zip(&influences).enumerate() {
-        let found: Vec<u32> = found.iter().copied().collect();
-        assert_eq!(*declared, found, "{}", Output::TABLE[row].name);
+/// What moves each output at a communication point, by 1-based index.
+fn influences_under_way() -> Vec<BTreeSet<u32>> {
+    let output_row = |name| Row::Output(Output::index(name).expect("every state is an output"));
+    let mut found = vec![BTreeSet::new(); Output::LEN];
+    for (seed, formulation) in (1..).zip(Formulation::ALL.repeat(4)) {
+        let (parameters, input) = somewhere(seed);
+        let bicycle = Bicycle::new(&parameters, formulation);
+        let (state, path) = (state(&parameters), Path::from_array([0.3, 0.2, 0.1]));
+        let before = output(&bicycle, &state, &path, &input).to_array();
+        let mut compare = |row: Row, after: Output| {
+            for (output, (before, after)) in before.iter().zip(after.to_array()).enumerate() {
+                if before.to_bits() != after.to_bits() {
+                    found[output].insert(row.index());
+                }
+            }
+        };
+        for row in 0..Input::LEN {
+            let mut input = input;
+            input.set(row, input.get(row) * 1.01);
+            compare(Row::Input(row), output(&bicycle, &state, &path, &input));
+        }
+        for (row, quantity) in State::TABLE.iter().enumerate() {
+            let mut state = state;
+            state.set(row, state.get(row) * 1.01);
+            let after = output(&bicycle, &state, &path, &input);
+            compare(output_row(quantity.name), after);
+        }
+        for (row, quantity) in Path::TABLE.iter().enumerate() {
+            let mut path = path;
+            path.set(row, path.get(row) * 1.01);
+            let after = output(&bicycle, &state, &path, &input);
+            compare(output_row(quantity.name), after);
+        }
     }
-    // At a communication point only the inputs are left.
-    let inputs: Vec<u32> = (0..Input::LEN).map(|row| Row::Input(row).index()).collect();
-    for (row, (declared, found)) in at_communication_points()
-        .iter()
-        .zip(&influences)
-        .enumerate()
-    {
-        let found: Vec<u32> = inputs
-            .iter()
-            .copied()
-            .filter(|index| found.contains(index))
-            .collect();
+    found
+}
+
+#[track_caller]
+fn check(declared: &[Vec<u32>], found: &[BTreeSet<u32>]) {
+    for (row, (declared, found)) in declared.iter().zip(found).enumerate() {
+        let found: Vec<u32> = found.iter().copied().collect();
         assert_eq!(*declared, found, "{}", Output::TABLE[row].name);
     }
 }
 
 #[test]
-fn no_state_depends_on_an_input() {
+fn what_is_declared_is_what_moves() {
+    check(&at_the_start(), &influences());
+    check(&at_communication_points(), &influences_under_way());
+}
+
+#[test]
+fn no_state_depends_on_anything_but_itself() {
     let declared = at_communication_points();
-    for quantity in State::TABLE {
+    for quantity in State::TABLE.iter().chain(Path::TABLE) {
         let row = Output::index(quantity.name).expect("every state is an output");
-        assert_eq!(declared[row], [] as [u32; 0], "{}", quantity.name);
+        let itself = Row::Output(row).index();
+        assert_eq!(declared[row], [itself], "{}", quantity.name);
     }
     let acceleration = Output::index("steer_acceleration").expect("an output");
-    assert!(!declared[acceleration].is_empty());
+    assert!(declared[acceleration].contains(&Row::Input(0).index()));
 }

@@ -34,6 +34,11 @@ pub struct BicycleArguments {
 }
 
 impl BicycleArguments {
+    /// What `--set` said.
+    pub fn assignments(&self) -> &[String] {
+        &self.set
+    }
+
     /// Whether `name` was set on the command line.
     pub fn sets(&self, name: &str) -> bool {
         self.set
@@ -50,6 +55,26 @@ impl BicycleArguments {
         };
         let mut bicycle = Bicycle::open(&self.bicycle, &changes)
             .map_err(|cause| misnamed(cause, "--bicycle", &self.bicycle))?;
+        self.finish(&mut bicycle)?;
+        Ok(bicycle)
+    }
+
+    /// Changes a bicycle that does not come from `--bicycle`; its notes are told on stderr.
+    pub fn change(&self, bicycle: &mut Bicycle) -> Result<()> {
+        if let Some(load) = &self.load {
+            bicycle
+                .set(&format!("rear_load={load}"))
+                .map_err(|cause| cause.typed(format!("--load {load}")))?;
+        }
+        for text in &self.set {
+            bicycle
+                .set(text)
+                .map_err(|cause| cause.typed(format!("--set {text}")))?;
+        }
+        self.finish(bicycle)
+    }
+
+    fn finish(&self, bicycle: &mut Bicycle) -> Result<()> {
         if let Some(name) = &self.formulation {
             bicycle.formulation = identify::bicycles::formulation(name)
                 .map_err(|cause| cause.typed(format!("--formulation {name}")))?;
@@ -57,7 +82,7 @@ impl BicycleArguments {
         for note in &bicycle.notes {
             eprintln!("note: {note}");
         }
-        Ok(bicycle)
+        Ok(())
     }
 }
 

@@ -6,6 +6,8 @@
 mod arguments;
 mod demo;
 mod fitting;
+mod fmu;
+mod foreign;
 mod model;
 mod output;
 mod rides;
@@ -25,15 +27,14 @@ struct Program {
 }
 
 #[derive(Subcommand)]
-#[expect(clippy::large_enum_variant, reason = "there is one of them in a run")]
 enum Command {
     /// Write an FMU, the nine cases of the paper and six synthetic rides; fit one and report
     Demo(demo::Demo),
     /// The parameter table, with a bicycle's values
     Parameters(model::ListParameters),
-    /// What is in a ride file, and what is odd about it
+    /// What is in a ride file or an FMU, and what is odd about it
     Inspect(rides::Inspect),
-    /// Simulate a bicycle; with a remnant, a synthetic ride
+    /// Simulate a bicycle, with a remnant a synthetic ride; or any FMU
     Simulate(model::Simulate),
     /// The nine cases of the paper's section 3
     Cases(model::Cases),
@@ -45,8 +46,8 @@ enum Command {
     Fit(fitting::Fit),
     /// The report of a fit, one HTML file
     Report(fitting::Report),
-    /// Pack the bicycle as an FMU
-    Fmu(model::Fmu),
+    /// Pack the bicycle, or any model, as an FMU
+    Fmu(fmu::Fmu),
 }
 
 fn main() -> ExitCode {

@@ -1,6 +1,7 @@
-//! Commands about the model: parameters, simulate, cases, fmu.
+//! Commands about the model: parameters, simulate, cases.
 
 use crate::arguments::{BicycleArguments, quantity};
+use crate::foreign;
 use crate::output::{Output, Progress};
 use anyhow::{Context, Result};
 use bicycle::cases::{self, Course};
@@ -86,12 +87,12 @@ fn describe(kind: &str, row: &Quantity, value: f64) -> serde_json::Value {
 pub struct Simulate {
     #[command(flatten)]
     bicycle: BicycleArguments,
-    /// How long
-    #[arg(long, default_value = "24s", value_name = "TIME")]
-    duration: String,
-    /// From row to row
-    #[arg(long, default_value = "5ms", value_name = "TIME")]
-    step: String,
+    /// How long [default: 24s, or as the FMU has it]
+    #[arg(long, value_name = "TIME")]
+    duration: Option<String>,
+    /// From row to row [default: 5ms, or as the FMU has it]
+    #[arg(long, value_name = "TIME")]
+    step: Option<String>,
     /// Change a parameter or an input under way, e.g. 5s:speed=3m/s
     #[arg(long, value_name = "TIME:NAME=VALUE", conflicts_with = "ride")]
     at: Vec<String>,
@@ -108,15 +109,25 @@ pub struct Simulate {
     #[arg(long, default_value_t = 1, requires = "ride")]
     seed: u64,
     #[command(flatten)]
+    foreign: foreign::Arguments,
+    #[command(flatten)]
     output: Output,
 }
 
 impl Simulate {
     pub fn run(&self) -> Result<()> {
+        if let Some(path) = self.foreign.fmu() {
+            return self.foreign.run(&foreign::Call {
+                path,
+                set: self.bicycle.assignments(),
+                duration: self.duration.as_deref(),
+                step: self.step.as_deref(),
+                output: &self.output,
+            });
+        }
         let bicycle = self.bicycle.open()?;
-        let [duration, step] = [("--duration", &self.duration), ("--step", &self.step)]
-            .map(|(flag, text)| positive(flag, text));
-        let (duration, step) = (duration?, step?);
+        let duration = positive("--duration", self.duration.as_deref().unwrap_or("24s"))?;
+        let step = positive("--step", self.step.as_deref().unwrap_or("5ms"))?;
         if self.ride {
             return self.ride(&bicycle, duration, step);
         }
@@ -228,7 +239,7 @@ fn torque_line(text: &str) -> Result<TorqueLine> {
 }
 
 /// A time behind `flag`, which must be positive.
-fn positive(flag: &str, text: &str) -> Result<f64> {
+pub fn positive(flag: &str, text: &str) -> Result<f64> {
     let value = quantity(flag, text, S)?;
     if value > 0.0 && value.is_finite() {
         return Ok(value);
@@ -317,37 +328,4 @@ fn table(courses: &[Course]) -> String {
         );
     }
     text
-}
-
-#[derive(Args)]
-pub struct Fmu {
-    /// The FMU to write
-    #[arg(
-        short,
-        long,
-        value_name = "FILE",
-        default_value = "RearLoadBicycle.fmu"
-    )]
-    out: PathBuf,
-    /// Shared library of the FMU, where it does not lie beside this program
-    #[arg(long, value_name = "FILE")]
-    library: Option<PathBuf>,
-    /// Print JSON
-    #[arg(long)]
-    json: bool,
-}
-
-impl Fmu {
-    pub fn run(&self) -> Result<()> {
-        let library = self.library.clone().map_or_else(fmu::built_library, Ok)?;
-        fmu::pack(&library, &self.out)?;
-        let written = self.out.display();
-        eprintln!("wrote {written}, with {}", library.display());
-        let json = json!({ "fmu": written.to_string(), "library": library.display().to_string() });
-        let output = Output {
-            json: self.json,
-            out: None,
-        };
-        output.json_or(&json, String::new)
-    }
 }

@@ -1,6 +1,7 @@
 //! Commands about rides: inspect, spectrum, compare.
 
 use crate::arguments::{RideArguments, SpectrumArguments};
+use crate::foreign;
 use crate::output::Output;
 use anyhow::Result;
 use clap::Args;
@@ -14,7 +15,7 @@ use std::path::PathBuf;
 
 #[derive(Args)]
 pub struct Inspect {
-    /// Ride file
+    /// Ride file, or FMU of any maker
     ride: PathBuf,
     #[command(flatten)]
     reading: RideArguments,
@@ -24,6 +25,9 @@ pub struct Inspect {
 
 impl Inspect {
     pub fn run(&self) -> Result<()> {
+        if foreign::is_fmu(&self.ride) {
+            return foreign::inspect(&self.ride, &self.output);
+        }
         let ride = self.reading.read_bridging_gaps(&self.ride)?;
         let found = inspect::inspect(&ride);
         self.output.json_or(&found, || {

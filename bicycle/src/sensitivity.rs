@@ -1,0 +1,54 @@
+//! Derivatives of what is seen, by dual numbers: the same source as the simulation.
+
+use crate::dynamics::{Bicycle, Nonlinear, output_with};
+use crate::linear::partial;
+use crate::parameters::Parameters;
+use crate::state::{Input, Output, Path, State};
+use nalgebra::SVector;
+use num_dual::{Derivative, DualSVec64};
+
+/// A direction in which everything that an output depends on moves, each row in its own unit.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Direction {
+    /// Of the parameters. The rows of the start and of the step move nothing.
+    pub parameters: Parameters,
+    /// Of the state.
+    pub state: State,
+    /// Of heading and place.
+    pub path: Path,
+    /// Of the inputs.
+    pub input: Input,
+}
+
+impl Direction {
+    /// Nothing moves.
+    pub const ZERO: Self = Self {
+        parameters: Parameters::ZERO,
+        state: State::ZERO,
+        path: Path::ZERO,
+        input: Input::ZERO,
+    };
+}
+
+type Dual = DualSVec64<1>;
+
+fn dual(value: f64, slope: f64) -> Dual {
+    Dual::new(value, Derivative::some(SVector::from([slope])))
+}
+
+/// Directional derivative of [`crate::dynamics::output`]: Σ ∂y/∂p dp + ∂y/∂x dx + … Smoothed jumps
+/// contribute their slopes; a jump itself (width 0) has none.
+pub fn output_along(b: &Bicycle, x: &State, path: &Path, u: &Input, d: &Direction) -> Output {
+    let b = Bicycle::new(&b.p.zip(&d.parameters, dual), b.formulation);
+    let x = x.zip(&d.state, dual);
+    let path = path.zip(&d.path, dual);
+    let u = u.zip(&d.input, dual);
+    let mut n = Nonlinear::at(&b, &x, u.speed);
+    if b.p.steer_smoothing.re == 0.0 {
+        n.steer_sign = Dual::from(n.steer_sign.re);
+    }
+    if b.p.steer_rate_smoothing.re == 0.0 {
+        n.steer_rate_sign = Dual::from(n.steer_rate_sign.re);
+    }
+    output_with(&b, &x, &path, &u, &n).map(|value| partial(&value, 0))
+}
