@@ -1,13 +1,13 @@
 //! Van der Pol's oscillator as an FMU, with what a model may offer besides: derivatives of outputs
 //! and directional derivatives.
 
-use fmi_export::model_description::ModelDescription;
+use fmi_export::model_description::{DefaultExperiment, ModelDescription};
 use fmi_export::{Experiment, Flow, Model, Value, describe};
 
 fmi_export::variables! {
     /// ẋ₀ = x₁, ẋ₁ = μ (1 − x₀²) x₁ − x₀
     pub struct VanDerPol {
-        mu: f64 = 1.0, Parameter Tunable, in [0.0, 100.0], "Nonlinearity μ";
+        mu: f64 = 1.0, Parameter Tunable, in [0.0, 3.0], "Nonlinearity μ";
         x0: f64 = 2.0, Output Continuous, initial Exact, from [x0], "Position";
         x1: f64 = 0.0, Output Continuous, initial Exact, from [x1], "Velocity";
         der_x0: f64 = 0.0, Output Continuous, derivative of x0, from [x1], "ẋ₀";
@@ -49,7 +49,19 @@ impl VanDerPol {
 
 impl Model for VanDerPol {
     fn description() -> ModelDescription {
-        let mut description = describe("VanDerPol", "Van der Pol's oscillator", &Self::rows());
+        let mut description = ModelDescription {
+            author: Some("the wobble authors".to_owned()),
+            version: Some(env!("CARGO_PKG_VERSION").to_owned()),
+            copyright: Some("the wobble authors".to_owned()),
+            license: Some(env!("CARGO_PKG_LICENSE").to_owned()),
+            default_experiment: Some(DefaultExperiment {
+                start_time: Some(0.0),
+                stop_time: Some(20.0),
+                tolerance: None,
+                step_size: Some(LONGEST_STEP),
+            }),
+            ..describe("VanDerPol", "Van der Pol's oscillator", &Self::rows())
+        };
         if let Some(capabilities) = &mut description.co_simulation {
             capabilities.provides_directional_derivative = true;
             capabilities.max_output_derivative_order = 1;
@@ -83,8 +95,14 @@ impl Model for VanDerPol {
                 "expected at most {MOST_STEPS} steps, found {steps}"
             ));
         }
+        let before = (self.x0, self.x1);
         for _ in 0..steps as u64 {
             self.rk4(h / steps);
+        }
+        if !(self.x0.is_finite() && self.x1.is_finite()) {
+            (self.x0, self.x1) = before;
+            let why = "so far out the steps are too long".to_owned();
+            return Flow::Terminate { at: t, why };
         }
         self.update();
         self.time = t + h;

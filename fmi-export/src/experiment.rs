@@ -22,9 +22,9 @@ impl Experiment {
             return refuse("start time", "a finite time".to_owned(), start);
         }
         if let Some(stop) = self.stop_time
-            && !(stop.is_finite() && stop > start)
+            && !(stop.is_finite() && stop >= start)
         {
-            let expected = format!("a finite time after the start at {start} s");
+            let expected = format!("a finite time not before the start at {start} s");
             return refuse("stop time", expected, stop);
         }
         if let Some(tolerance) = self.tolerance

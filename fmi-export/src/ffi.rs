@@ -31,7 +31,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind, set_hook};
 use std::ptr::null_mut;
 
 /// What `fmi2Component` points to.
-struct Component<M> {
+struct Component<M: Model> {
     instance: Instance<M>,
     logger: Logger,
     /// Texts handed out by the last `fmi2GetString`, alive until the next.
@@ -110,7 +110,7 @@ unsafe fn call<M: Model>(
     outcome.unwrap_or_else(|payload| component.fail(payload.as_ref()))
 }
 
-impl<M> Component<M> {
+impl<M: Model> Component<M> {
     #[cold]
     fn refuse(&self, error: &Error) -> fmi2Status {
         let status = error.status();
@@ -281,6 +281,7 @@ pub unsafe fn instantiate<M: Model>(
         }
         Err(payload) => {
             logger.line(fmi2Fatal, &panic_message(payload.as_ref()));
+            shared.release();
             null_mut()
         }
     }

@@ -27,9 +27,11 @@ pub(crate) struct Snapshot<M> {
 /// One instance of a model in its life cycle.
 ///
 /// A call that returns an error has changed nothing, with one exception: [`Error::Ended`].
-#[derive(Clone, Debug)]
-pub struct Instance<M> {
+#[derive(Debug)]
+pub struct Instance<M: Model> {
     class: Arc<Class<M>>,
+    /// Whose saved states are whose.
+    number: usize,
     /// With the start values, for a reset.
     pristine: M,
     now: Snapshot<M>,
@@ -45,6 +47,7 @@ impl<M: Model> Instance<M> {
     /// An instance that starts as `pristine` is.
     pub(crate) fn of(class: Arc<Class<M>>, pristine: M) -> Self {
         Self {
+            number: class.saved.owner(),
             class,
             now: Snapshot::of(pristine.clone()),
             pristine,
@@ -231,6 +234,9 @@ impl<M: Model> Instance<M> {
         for &reference in known {
             variables.check_known(reference, state)?;
         }
+        for (&reference, &seed) in known.iter().zip(seeds) {
+            variables.check_seed(reference, seed)?;
+        }
         self.refresh()?;
         let known: Vec<(u32, f64)> = known.iter().copied().zip(seeds.iter().copied()).collect();
         let found = self.now.model.directional_derivative(unknown, &known);
@@ -246,15 +252,28 @@ impl<M: Model> Instance<M> {
             let expected = "a finite positive time".to_owned();
             return refuse("communication step size", expected, h);
         }
+        let start = now
+            .experiment
+            .map_or(0.0, |experiment| experiment.start_time);
+        let largest = [start, now.time, point, h].map(f64::abs);
+        let largest = largest.into_iter().fold(0.0, f64::max);
         let apart = (point - now.time).abs();
-        if !point.is_finite() || apart > round_off(point.abs().max(now.time.abs())) {
+        // An importer that adds up its steps drifts by far less than a millionth of one.
+        let negligible = 1e-6 * h + round_off(largest);
+        if !point.is_finite() || apart > round_off(largest) {
             let expected = format!("{} s, the end of the last step", now.time);
             return refuse("communication point", expected, point);
         }
         let end = point + h;
-        // An importer that adds up its steps drifts by far less than a millionth of one.
+        if !end.is_finite() {
+            return refuse(
+                "end of the communication step",
+                "a finite time".to_owned(),
+                end,
+            );
+        }
         if let Some(stop) = now.experiment.and_then(|experiment| experiment.stop_time)
-            && end > stop + 1e-6 * h + round_off(stop.abs())
+            && end > stop + negligible
         {
             let expected = format!("no step beyond the stop time {stop} s");
             return refuse("end of the communication step", expected, end);
@@ -295,7 +314,7 @@ impl<M: Model> Instance<M> {
     /// Saves the present state in `state`: where it is NULL in a new one, else in its place.
     pub fn save(&self, state: &mut fmi2FMUstate) -> Result<(), Error> {
         self.permit(Function::GetFMUstate)?;
-        self.class.saved.keep(&self.now, state)
+        self.class.saved.keep(self.number, &self.now, state)
     }
 
     /// Goes back, or over, to a saved state of this or another instance.
@@ -311,21 +330,29 @@ impl<M: Model> Instance<M> {
         self.class.saved.free(state)
     }
 
-    /// A saved state in bytes, for another instance or process.
-    pub fn serialize(&self, state: fmi2FMUstate) -> Result<Vec<u8>, Error> {
-        self.permit(Function::SerializeFMUstate)?;
+    /// A saved state in bytes, for another instance or process, on behalf of `function`.
+    pub fn serialize(&self, state: fmi2FMUstate, function: Function) -> Result<Vec<u8>, Error> {
+        self.permit(function)?;
         let class = &self.class;
         class
             .saved
             .with(state, |saved| to_bytes(&class.guid, saved))?
     }
 
-    /// Saves in `state`, as [`Instance::save`] does, what `bytes` hold.
+    /// Saves what `bytes` hold: in a new state, unless `state` is one already.
     pub fn deserialize(&self, bytes: &[u8], state: &mut fmi2FMUstate) -> Result<(), Error> {
         self.permit(Function::DeSerializeFMUstate)?;
         let snapshot: Snapshot<M> = from_bytes(&self.class.guid, bytes)?;
         snapshot.check(&self.class)?;
-        self.class.saved.keep(&snapshot, state)
+        self.class.saved.make(self.number, &snapshot, state);
+        Ok(())
+    }
+}
+
+impl<M: Model> Drop for Instance<M> {
+    /// With an instance go its saved states (FMI 2.0 §2.1.5).
+    fn drop(&mut self) {
+        self.class.saved.free_all(self.number);
     }
 }
 

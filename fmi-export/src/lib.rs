@@ -1,7 +1,7 @@
 #![doc = include_str!("../README.md")]
 //!
 //! ## Where things are
-//! - [`Model`] is what you implement, [`variables!`] the table, [`export!`] the C functions.
+//! - [`Model`] is what you implement, [`variables!`] and [`enumeration!`] the table, [`export!`] the C functions.
 //! - [`Instance`] is the safe life cycle; what is legal when stands in one table, `life_cycle`.
 //! - `ffi` turns pointers into slices and errors into a status and one log line. It holds all
 //!   unsafe code of this crate.
@@ -46,7 +46,7 @@ pub use life_cycle::{Function, State};
 pub use log::log_categories;
 pub use model::{Flow, Kind, Model, Value};
 pub use pack::Package;
-pub use scalar::Scalar;
+pub use scalar::{Choices, Scalar};
 pub use table::{Row, co_simulation, describe, xml};
 
 #[cfg(test)]

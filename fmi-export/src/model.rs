@@ -48,7 +48,7 @@ pub trait Model: Clone + Send + Serialize + DeserializeOwned + 'static {
     }
 
     /// From the present time on the `Real` input `reference` changes by `slope` a second, until
-    /// its value or slope is set anew.
+    /// its slope is set anew; a value set meanwhile moves the ramp.
     ///
     /// A model that declares `canInterpolateInputs` overrides this.
     fn set_input_slope(&mut self, reference: u32, slope: f64) {

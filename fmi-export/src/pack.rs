@@ -83,13 +83,22 @@ impl Package {
                 found: self.description.guid.clone(),
             });
         }
-        description.generation_date_and_time = date.map(iso);
+        if let Some(date) = date {
+            description.generation_date_and_time = Some(iso(date));
+        }
         let identifier = description
             .co_simulation
             .as_ref()
             .map(|co_simulation| co_simulation.model_identifier.clone())
             .ok_or_else(|| Error::Description("expected CoSimulation, found none".to_owned()))?;
 
+        let letters = |byte: u8| byte.is_ascii_alphanumeric() || byte == b'_';
+        if !identifier.bytes().all(letters) || identifier.starts_with(|c: char| c.is_ascii_digit())
+        {
+            return Err(Error::Description(format!(
+                "modelIdentifier: expected an identifier of C, found {identifier:?}"
+            )));
+        }
         let mut entries = vec![
             (
                 "modelDescription.xml".to_owned(),

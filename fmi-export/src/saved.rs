@@ -11,14 +11,18 @@ use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
 use std::ptr::without_provenance_mut;
 use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 /// No number is given twice, not even by different classes.
 static NEXT: AtomicUsize = AtomicUsize::new(1);
 
-/// The saved states of a class.
+fn next() -> usize {
+    NEXT.fetch_add(1, Ordering::Relaxed)
+}
+
+/// The saved states of a class, each with its owner.
 #[derive(Debug)]
-pub(crate) struct Saved<S>(Mutex<BTreeMap<usize, S>>);
+pub(crate) struct Saved<S>(Mutex<BTreeMap<usize, (usize, S)>>);
 
 impl<S> Default for Saved<S> {
     fn default() -> Self {
@@ -26,23 +30,47 @@ impl<S> Default for Saved<S> {
     }
 }
 
-impl<S: Clone> Saved<S> {
-    fn states(&self) -> std::sync::MutexGuard<'_, BTreeMap<usize, S>> {
+impl<S> Saved<S> {
+    /// The number of a new owner.
+    pub(crate) fn owner(&self) -> usize {
+        next()
+    }
+
+    fn states(&self) -> MutexGuard<'_, BTreeMap<usize, (usize, S)>> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
+    /// Forgets all states of an owner.
+    pub(crate) fn free_all(&self, owner: usize) {
+        self.states().retain(|_, (of, _)| *of != owner);
+    }
+}
+
+impl<S: Clone> Saved<S> {
     /// Keeps `snapshot` in `state`: where it is NULL in a new one, else in its place.
-    pub(crate) fn keep(&self, snapshot: &S, state: &mut fmi2FMUstate) -> Result<(), Error> {
-        let mut states = self.states();
-        if state.is_null() {
-            let number = NEXT.fetch_add(1, Ordering::Relaxed);
-            states.insert(number, snapshot.clone());
-            *state = without_provenance_mut(number);
-            return Ok(());
+    pub(crate) fn keep(
+        &self,
+        owner: usize,
+        snapshot: &S,
+        state: &mut fmi2FMUstate,
+    ) -> Result<(), Error> {
+        if !state.is_null() && !self.states().contains_key(&state.addr()) {
+            return Err(Error::UnknownState);
         }
-        let place = states.get_mut(&state.addr()).ok_or(Error::UnknownState)?;
-        place.clone_from(snapshot);
+        self.make(owner, snapshot, state);
         Ok(())
+    }
+
+    /// Keeps `snapshot` in `state`: where it is none in a new one, else in its place.
+    pub(crate) fn make(&self, owner: usize, snapshot: &S, state: &mut fmi2FMUstate) {
+        let mut states = self.states();
+        if let Some((_, place)) = states.get_mut(&state.addr()) {
+            place.clone_from(snapshot);
+        } else {
+            let number = next();
+            states.insert(number, (owner, snapshot.clone()));
+            *state = without_provenance_mut(number);
+        }
     }
 
     /// What `see` makes of a saved state.
@@ -57,7 +85,7 @@ impl<S: Clone> Saved<S> {
         }
         self.states()
             .get(&state.addr())
-            .map(see)
+            .map(|(_, saved)| see(saved))
             .ok_or(Error::UnknownState)
     }
 

@@ -2,6 +2,9 @@
 
 use crate::{Function, Kind, Value};
 
+/// An enumeration: its name, and those of its choices with what they mean, numbered from 1.
+pub type Choices = (&'static str, &'static [(&'static str, &'static str)]);
+
 /// A Rust type that carries values through the interface.
 pub trait Scalar: Clone {
     /// Which functions carry it.
@@ -10,6 +13,10 @@ pub trait Scalar: Clone {
     const GET: Function;
     /// The function that writes it.
     const SET: Function;
+    /// Name of the type and of its choices, numbered from 1, for an enumeration.
+    fn choices() -> Option<Choices> {
+        None
+    }
     /// The number that a range can be asked of.
     fn number(&self) -> Option<f64>;
     /// As a value of any type.

@@ -3,7 +3,7 @@
 
 use crate::class::Class;
 use crate::{Error, Model, State, Value};
-use model_description::{ModelDescription, VariableType};
+use model_description::{ModelDescription, Variability, VariableType};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::io::ErrorKind;
@@ -32,7 +32,7 @@ enum Start {
     String(String),
 }
 
-/// The file that belongs to `description`.
+/// The file that belongs to `description`; constants are the binary's own.
 pub(crate) fn to_json(description: &ModelDescription) -> String {
     let start = |variable_type: &VariableType| match variable_type {
         VariableType::Real(real) => real.start.map(Start::Real),
@@ -46,6 +46,7 @@ pub(crate) fn to_json(description: &ModelDescription) -> String {
         start: description
             .variables
             .iter()
+            .filter(|variable| variable.variability != Variability::Constant)
             .filter_map(|variable| Some((variable.name.clone(), start(&variable.variable_type)?)))
             .collect(),
     };

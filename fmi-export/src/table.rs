@@ -1,10 +1,11 @@
 //! A model's variables as a table: one row makes the field, its start value, its place in the
 //! description, and how it is read and set.
 
-use crate::{Value, log_categories};
+use crate::{Choices, Value, log_categories};
 use model_description::{
-    BooleanVariable, Causality, CoSimulation, DefaultExperiment, Initial, IntegerVariable,
-    ModelDescription, ModelStructure, RealVariable, ScalarVariable, StringVariable, Unit, Unknown,
+    BooleanVariable, Causality, CoSimulation, DefaultExperiment, EnumerationType,
+    EnumerationVariable, Initial, IntegerVariable, Item, ModelDescription, ModelStructure,
+    RealVariable, ScalarVariable, SimpleType, StringVariable, TypeDefinition, Unit, Unknown,
     Variability, VariableType,
 };
 
@@ -26,8 +27,8 @@ use model_description::{
 /// ```
 ///
 /// A row is `name: type = start, causality variability, … "description";` with the names of
-/// [`Causality`] and [`Variability`]. The type is `f64`, `i32`, `bool` or `String`. In between may
-/// stand, in this order:
+/// [`Causality`] and [`Variability`]. The type is `f64`, `i32`, `bool`, `String` or one made by
+/// [`enumeration!`](crate::enumeration). In between may stand, in this order:
 /// - `initial Exact`: an output or local whose start value can be set;
 /// - `unit "…"`;
 /// - `in [smallest, largest]`, for numbers;
@@ -84,6 +85,7 @@ macro_rules! variables {
                             Variability::$variability,
                             $what,
                         )
+                        .choices(<$type as $crate::Scalar>::choices())
                         $(.initial(Initial::$initial))?
                         $(.unit($unit))?
                         $(.range($min, $max))?
@@ -122,6 +124,68 @@ macro_rules! variables {
     };
 }
 
+/// Makes an enumeration that a row of [`variables!`](crate::variables) may have as its type; the
+/// first choice is 1, and the default.
+///
+/// ```
+/// fmi_export::enumeration! {
+///     /// How it goes.
+///     pub enum Gait {
+///         Walk = "one foot on the ground",
+///         Run = "sometimes none",
+///     }
+/// }
+/// fmi_export::variables! {
+///     /// A walker.
+///     pub struct Walker {
+///         gait: Gait = Gait::Walk, Parameter Fixed, "Gait";
+///     }
+/// }
+/// assert_eq!(fmi_export::describe("Walker", "A walker", &Walker::rows()).types[0].name, "Gait");
+/// ```
+#[macro_export]
+macro_rules! enumeration {
+    (
+        $(#[$outer:meta])*
+        $vis:vis enum $Name:ident {
+            $($choice:ident = $what:literal),* $(,)?
+        }
+    ) => {
+        $(#[$outer])*
+        #[derive(
+            Clone, Copy, Debug, PartialEq, Eq, $crate::serde::Serialize, $crate::serde::Deserialize,
+        )]
+        #[serde(crate = "fmi_export::serde")]
+        $vis enum $Name {
+            $(
+                #[doc = $what]
+                $choice,
+            )*
+        }
+
+        impl $crate::Scalar for $Name {
+            const KIND: $crate::Kind = $crate::Kind::Integer;
+            const GET: $crate::Function = $crate::Function::GetInteger;
+            const SET: $crate::Function = $crate::Function::SetInteger;
+            fn choices() -> Option<$crate::Choices> {
+                Some((stringify!($Name), &[$((stringify!($choice), $what)),*]))
+            }
+            fn number(&self) -> Option<f64> {
+                Some(f64::from(*self as i32 + 1))
+            }
+            fn into_value(self) -> $crate::Value {
+                $crate::Value::Integer(self as i32 + 1)
+            }
+            fn from_value(value: $crate::Value) -> Result<Self, $crate::Value> {
+                [$(Self::$choice),*]
+                    .into_iter()
+                    .find(|choice| $crate::Scalar::into_value(*choice) == value)
+                    .ok_or(value)
+            }
+        }
+    };
+}
+
 /// A row of a table that [`variables!`](crate::variables) makes.
 #[derive(Clone, Debug)]
 pub struct Row {
@@ -135,6 +199,7 @@ pub struct Row {
     range: Option<(f64, f64)>,
     derivative_of: Option<&'static str>,
     from: &'static [&'static str],
+    choices: Option<Choices>,
 }
 
 impl Row {
@@ -157,7 +222,14 @@ impl Row {
             range: None,
             derivative_of: None,
             from: &[],
+            choices: None,
         }
+    }
+
+    /// Of an enumeration.
+    #[must_use]
+    pub fn choices(self, choices: Option<Choices>) -> Self {
+        Self { choices, ..self }
     }
 
     /// With another `initial` than its causality and variability imply.
@@ -218,26 +290,33 @@ impl Row {
         let starts = self.causality == Causality::Input
             || matches!(variable.initial(), Some(Initial::Exact | Initial::Approx));
         let whole = |bound: f64| bound as i32;
-        variable.variable_type = match self.start.clone() {
-            Value::Real(start) => VariableType::Real(RealVariable {
+        variable.variable_type = match (self.start.clone(), self.choices) {
+            (Value::Integer(start), Some((name, _))) => {
+                VariableType::Enumeration(EnumerationVariable {
+                    declared_type: name.to_owned(),
+                    start: starts.then_some(start),
+                    ..EnumerationVariable::default()
+                })
+            }
+            (Value::Real(start), _) => VariableType::Real(RealVariable {
                 unit: self.unit.map(str::to_owned),
-                min: self.range.map(|(min, _)| min),
-                max: self.range.map(|(_, max)| max),
+                min: self.range.map(|(min, _)| min).filter(|min| min.is_finite()),
+                max: self.range.map(|(_, max)| max).filter(|max| max.is_finite()),
                 start: starts.then_some(start),
                 derivative: self.derivative_of.map(|state| index(rows, state)),
                 ..RealVariable::default()
             }),
-            Value::Integer(start) => VariableType::Integer(IntegerVariable {
+            (Value::Integer(start), _) => VariableType::Integer(IntegerVariable {
                 min: self.range.map(|(min, _)| whole(min)),
                 max: self.range.map(|(_, max)| whole(max)),
                 start: starts.then_some(start),
                 ..IntegerVariable::default()
             }),
-            Value::Boolean(start) => VariableType::Boolean(BooleanVariable {
+            (Value::Boolean(start), _) => VariableType::Boolean(BooleanVariable {
                 start: starts.then_some(start),
                 ..BooleanVariable::default()
             }),
-            Value::String(start) => VariableType::String(StringVariable {
+            (Value::String(start), _) => VariableType::String(StringVariable {
                 start: starts.then_some(start),
                 ..StringVariable::default()
             }),
@@ -274,6 +353,9 @@ pub fn describe(name: &str, what: &str, rows: &[Row]) -> ModelDescription {
         .zip(rows)
         .map(|(reference, row)| row.variable(reference, rows))
         .collect();
+    let mut enumerations: Vec<Choices> = rows.iter().filter_map(|row| row.choices).collect();
+    enumerations.sort_unstable();
+    enumerations.dedup();
     let mut units: Vec<&str> = rows.iter().filter_map(|row| row.unit).collect();
     units.sort_unstable();
     units.dedup();
@@ -300,12 +382,14 @@ pub fn describe(name: &str, what: &str, rows: &[Row]) -> ModelDescription {
         // They depend on anything: what a model makes of its parameters is its own affair.
         initial_unknowns: unknowns(
             &|row, variable| {
-                variable.initial() == Some(Initial::Calculated)
-                    && (matches!(
-                        row.causality,
-                        Causality::Output | Causality::CalculatedParameter
-                    ) || row.derivative_of.is_some()
-                        || is_state(row.name))
+                matches!(
+                    variable.initial(),
+                    Some(Initial::Calculated | Initial::Approx)
+                ) && (matches!(
+                    row.causality,
+                    Causality::Output | Causality::CalculatedParameter
+                ) || row.derivative_of.is_some()
+                    || is_state(row.name))
             },
             false,
         ),
@@ -313,6 +397,7 @@ pub fn describe(name: &str, what: &str, rows: &[Row]) -> ModelDescription {
     ModelDescription {
         model_name: name.to_owned(),
         description: Some(what.to_owned()),
+        generation_tool: Some(concat!("fmi-export ", env!("CARGO_PKG_VERSION")).to_owned()),
         co_simulation: Some(co_simulation(name)),
         units: units
             .into_iter()
@@ -321,6 +406,7 @@ pub fn describe(name: &str, what: &str, rows: &[Row]) -> ModelDescription {
                 ..Unit::default()
             })
             .collect(),
+        types: enumerations.into_iter().map(simple_type).collect(),
         log_categories: log_categories(),
         default_experiment: Some(DefaultExperiment {
             start_time: Some(0.0),
@@ -329,6 +415,22 @@ pub fn describe(name: &str, what: &str, rows: &[Row]) -> ModelDescription {
         structure,
         variables,
         ..ModelDescription::default()
+    }
+}
+
+fn simple_type((name, choices): Choices) -> SimpleType {
+    let item = |(value, (name, what)): (i32, &(&str, &str))| Item {
+        name: (*name).to_owned(),
+        value,
+        description: Some((*what).to_owned()),
+    };
+    SimpleType {
+        name: name.to_owned(),
+        description: None,
+        definition: TypeDefinition::Enumeration(EnumerationType {
+            quantity: None,
+            items: (1..).zip(choices).map(item).collect(),
+        }),
     }
 }
 

@@ -210,6 +210,15 @@ impl Variables {
         }
     }
 
+    /// Whether a derivative may be asked for along so much of the variable.
+    pub(crate) fn check_seed(&self, reference: u32, seed: f64) -> Result<(), Error> {
+        if seed.is_finite() {
+            Ok(())
+        } else {
+            Err(self.rule(reference)?.not_finite(seed))
+        }
+    }
+
     /// Whether each variable that could be set, read by `get`, has a value that could be.
     pub(crate) fn check_all(&self, get: impl Fn(u32) -> Value) -> Result<(), Error> {
         for (reference, rule) in (0..).zip(&self.0) {
@@ -249,10 +258,21 @@ impl Rule {
     fn new(variable: &ScalarVariable, description: &ModelDescription) -> Result<Self, Error> {
         let unbounded = (f64::NEG_INFINITY, f64::INFINITY);
         let (kind, (min, max)) = match &variable.variable_type {
-            VariableType::Real(RealVariable { min, max, .. }) => (
-                Kind::Real,
-                (min.unwrap_or(unbounded.0), max.unwrap_or(unbounded.1)),
-            ),
+            VariableType::Real(real) => {
+                let declared = real.declared_type.as_deref();
+                let declared = declared.and_then(|name| description.simple_type(name));
+                let (min, max) = match declared.map(|simple| &simple.definition) {
+                    Some(TypeDefinition::Real(declared)) => (declared.min, declared.max),
+                    _ => (None, None),
+                };
+                (
+                    Kind::Real,
+                    (
+                        real.min.or(min).unwrap_or(unbounded.0),
+                        real.max.or(max).unwrap_or(unbounded.1),
+                    ),
+                )
+            }
             VariableType::Integer(integer) => (
                 Kind::Integer,
                 (
@@ -300,7 +320,7 @@ impl Rule {
                 .unit()
                 .map_or_else(String::new, |unit| format!(" {unit}")),
             settable: State::ALL.map(|state| is_settable(variable, initial, state)),
-            computed: initial == Some(Initial::Calculated)
+            computed: matches!(initial, Some(Initial::Calculated | Initial::Approx))
                 || variable.causality == Causality::Independent,
             unknown: false,
             initial_unknown: false,

@@ -96,9 +96,18 @@ pub fn simulate_with(
                 ..
             } => {
                 // Reading after a discard is for debugging only, unless the FMU can tell the time
-                // its values are of (FMI 2.0 §4.2.4).
-                if let Some(at) = last_successful_time {
-                    recorder.record(&mut instance, at, &mut trajectory.columns)?;
+                // its values are of (FMI 2.0 §4.2.4); where it does not allow it, the last row is
+                // that of the last communication point.
+                if let Some(at) = last_successful_time.filter(|at| at.is_finite() && *at > time) {
+                    let rows = trajectory.columns[0].len();
+                    if recorder
+                        .record(&mut instance, at, &mut trajectory.columns)
+                        .is_err()
+                    {
+                        for column in &mut trajectory.columns {
+                            column.truncate(rows);
+                        }
+                    }
                 }
                 trajectory.ended = Some(log);
                 return Ok(trajectory);

@@ -14,6 +14,10 @@ use model_description::{
 /// Name of the FMU and of its shared library.
 pub const MODEL_IDENTIFIER: &str = "RearLoadBicycle";
 
+/// When this version of the description was made: same input, same bytes. `SOURCE_DATE_EPOCH` puts
+/// another date in its place on packing.
+const VERSION_DATE: &str = "2026-11-22T00:00:00Z";
+
 const FORMULATION_TYPE: &str = "Formulation";
 
 /// What a bicycle starts from: its values of what can be set.
@@ -46,6 +50,7 @@ pub(crate) fn description_from(starts: &Starts) -> ModelDescription {
         copyright: Some("the wobble authors".to_owned()),
         license: Some(env!("CARGO_PKG_LICENSE").to_owned()),
         generation_tool: Some(concat!("wobble ", env!("CARGO_PKG_VERSION")).to_owned()),
+        generation_date_and_time: Some(VERSION_DATE.to_owned()),
         co_simulation: Some(CoSimulation {
             can_interpolate_inputs: true,
             provides_directional_derivative: true,

@@ -1,7 +1,7 @@
 //! The rear-load bicycle as an FMU: `RearLoadBicycle.fmu`.
 //!
 //! Everything an importer sees comes from the tables of `bicycle`: a value reference is a row
-//! number, counted through parameters, formulation, inputs, outputs and time.
+//! number, counted through parameters, formulation, inputs, outputs, locals and time.
 //! As a shared library this crate is the binary of the FMU; as a Rust library it packs it.
 
 mod dependencies;

@@ -2,7 +2,8 @@
 
 use crate::description::{description, formulation_of, formulation_value};
 use crate::row::Row;
-use bicycle::sensitivity::Direction;
+use bicycle::dynamics;
+use bicycle::sensitivity::{self, Direction};
 use bicycle::simulate::{Refusal, Simulation};
 use bicycle::{Bicycle, Formulation, Input, Output, Parameters, Path, State};
 use fmi_export::{Experiment, Flow, Model, Value};
@@ -10,9 +11,9 @@ use model_description::ModelDescription;
 use serde::{Deserialize, Serialize};
 use std::cell::OnceCell;
 
-/// A longer communication step would not end in reasonable time: 10⁵ s are 10⁸ internal steps of
-/// 1 ms, about a minute.
-const LONGEST_STEP: f64 = 1e5;
+/// More internal steps in a communication step would not end in reasonable time: so many take about
+/// half a minute.
+const MOST_STEPS: f64 = 1e8;
 
 /// A bicycle under way, behind FMI.
 ///
@@ -48,26 +49,23 @@ impl RearLoadBicycle {
         if what > self.pending {
             self.pending = what;
         }
-        self.output.take();
+        self.output = OnceCell::new();
     }
 
-    /// The simulation with what was set taken over.
-    fn updated(&self) -> Result<Simulation, String> {
-        let mut simulation = self.simulation.clone().ok_or("not initialised")?;
-        take_over(
-            &mut simulation,
-            self.pending,
-            &self.parameters,
-            self.input,
-            self.slope,
-        )
-        .map_err(|refusal| refusal.to_string())?;
-        Ok(simulation)
-    }
-
-    /// The simulation as far as what was set can be taken over.
-    fn present(&self) -> Option<Simulation> {
-        self.updated().ok().or_else(|| self.simulation.clone())
+    /// Where the bicycle is, as the values set so far make it: whether a step could be taken with
+    /// them is asked when it is.
+    fn present(&self) -> Option<Present> {
+        let simulation = self.simulation.as_ref()?;
+        Some(Present {
+            bicycle: if self.pending == Pending::Parameters {
+                Bicycle::new(&self.parameters, self.formulation)
+            } else {
+                *simulation.bicycle()
+            },
+            state: *simulation.state(),
+            path: *simulation.path(),
+            input: self.input,
+        })
     }
 
     fn output(&self, row: usize) -> f64 {
@@ -78,8 +76,32 @@ impl RearLoadBicycle {
             return value;
         }
         self.output
-            .get_or_init(|| self.present().map_or_else(Output::default, |s| s.output()))
+            .get_or_init(|| {
+                self.present().map_or_else(Output::default, |now| {
+                    dynamics::output(&now.bicycle, &now.state, &now.path, &now.input)
+                })
+            })
             .get(row)
+    }
+}
+
+/// What outputs are computed from.
+struct Present {
+    bicycle: Bicycle,
+    state: State,
+    path: Path,
+    input: Input,
+}
+
+impl Present {
+    fn along(&self, direction: &Direction) -> Output {
+        sensitivity::output_along(
+            &self.bicycle,
+            &self.state,
+            &self.path,
+            &self.input,
+            direction,
+        )
     }
 }
 
@@ -158,14 +180,16 @@ impl Model for RearLoadBicycle {
             .map_err(refuse)?;
         self.simulation = Some(simulation);
         self.pending = Pending::Nothing;
-        self.output.take();
+        self.output = OnceCell::new();
         Ok(())
     }
 
     fn step(&mut self, t: f64, h: f64) -> Flow {
-        if h > LONGEST_STEP {
+        let longest = MOST_STEPS * self.parameters.internal_step;
+        if h > longest {
             return Flow::Refuse(format!(
-                "communication step size: expected at most {LONGEST_STEP} s, found {h} s"
+                "communication step size: expected at most {longest} s, {MOST_STEPS:e} internal \
+                 steps, found {h} s"
             ));
         }
         let Some(simulation) = &mut self.simulation else {
@@ -185,9 +209,13 @@ impl Model for RearLoadBicycle {
             return Flow::Refuse(refusal.to_string());
         }
         self.pending = Pending::Nothing;
-        self.output.take();
+        self.output = OnceCell::new();
         let arrived = simulation.advance(t + h);
-        self.input = simulation.input();
+        // A ramp that ends at a limit may pass it by its rounding.
+        let input = simulation.input().to_array();
+        self.input = Input::from_array(std::array::from_fn(|row| {
+            input[row].clamp(Input::TABLE[row].min, Input::TABLE[row].max)
+        }));
         match arrived {
             Ok(()) => Flow::Continue,
             Err(stop) => Flow::Terminate {
@@ -198,27 +226,29 @@ impl Model for RearLoadBicycle {
     }
 
     fn directional_derivative(&self, unknown: &[u32], known: &[(u32, f64)]) -> Vec<f64> {
-        let Some(simulation) = self.present() else {
+        let Some(now) = self.present() else {
             return vec![0.0; unknown.len()];
         };
         let mut direction = Direction::ZERO;
         for &(reference, seed) in known {
             let row = Row::at(reference);
             match row {
-                Row::Parameter(row) => direction.parameters.set(row, seed),
-                Row::Input(row) => direction.input.set(row, seed),
+                Row::Parameter(row) => direction
+                    .parameters
+                    .set(row, direction.parameters.get(row) + seed),
+                Row::Input(row) => direction.input.set(row, direction.input.get(row) + seed),
                 _ => {}
             }
             // A start value in initialization mode, the state itself later.
             let name = row.quantity().map_or("", |quantity| quantity.name);
             let name = name.strip_suffix("_start").unwrap_or(name);
             if let Some(row) = State::index(name) {
-                direction.state.set(row, seed);
+                direction.state.set(row, direction.state.get(row) + seed);
             } else if let Some(row) = Path::index(name) {
-                direction.path.set(row, seed);
+                direction.path.set(row, direction.path.get(row) + seed);
             }
         }
-        let along = simulation.output_along(&direction);
+        let along = now.along(&direction);
         let derivative = |&reference: &u32| match Row::at(reference) {
             Row::Output(row) => along.get(row),
             _ => 0.0,
@@ -234,10 +264,16 @@ impl Model for RearLoadBicycle {
     }
 
     fn output_rate(&self, reference: u32) -> f64 {
-        match (Row::at(reference), self.present()) {
-            (Row::Output(row), Some(simulation)) => simulation.output_rate().get(row),
-            _ => 0.0,
-        }
+        let (Row::Output(row), Some(now)) = (Row::at(reference), self.present()) else {
+            return 0.0;
+        };
+        let onward = Direction {
+            state: dynamics::derivative(&now.bicycle, &now.state, &now.input),
+            path: dynamics::path_derivative(&now.state, &now.path, now.input.speed),
+            input: self.slope,
+            ..Direction::ZERO
+        };
+        now.along(&onward).get(row)
     }
 }
 

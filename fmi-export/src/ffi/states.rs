@@ -54,7 +54,10 @@ pub unsafe fn serialized_fmu_state_size<M: Model>(
     unsafe {
         call::<M>(c, |component| {
             let size = slice_mut(size, 1, "size")?;
-            size[0] = component.instance.serialize(state)?.len();
+            size[0] = component
+                .instance
+                .serialize(state, Function::SerializedFMUstateSize)?
+                .len();
             Ok(())
         })
     }
@@ -73,7 +76,9 @@ pub unsafe fn serialize_fmu_state<M: Model>(
     // SAFETY: the module's contract.
     unsafe {
         call::<M>(c, |component| {
-            let found = component.instance.serialize(state)?;
+            let found = component
+                .instance
+                .serialize(state, Function::SerializeFMUstate)?;
             if size < found.len() {
                 let expected = found.len();
                 return Err(Error::Bytes(format!(

@@ -18,7 +18,8 @@ pub(super) const FORCE: u32 = 6;
 pub(super) const POSITION: u32 = 7;
 pub(super) const ACCELERATION: u32 = 8;
 pub(super) const TIME: u32 = 9;
-pub(super) const COUNT: u32 = 10;
+pub(super) const AXLES: u32 = 10;
+pub(super) const COUNT: u32 = 11;
 
 /// The rail ends here [m].
 pub(super) const RAIL: f64 = 10.0;
@@ -49,7 +50,7 @@ impl Cart {
 /// Name, causality, variability and type of each variable.
 fn rows() -> [(&'static str, Causality, Variability, VariableType); COUNT as usize] {
     use Causality::{Independent, Input, Output, Parameter};
-    use Variability::{Continuous, Fixed, Tunable};
+    use Variability::{Constant, Continuous, Fixed, Tunable};
     let real = |start: Option<f64>, min, max| {
         VariableType::Real(RealVariable {
             min,
@@ -103,6 +104,15 @@ fn rows() -> [(&'static str, Causality, Variability, VariableType); COUNT as usi
         ("position", Output, Continuous, real(None, None, None)),
         ("acceleration", Output, Continuous, real(None, None, None)),
         ("time", Independent, Continuous, real(None, None, None)),
+        (
+            "axles",
+            Output,
+            Constant,
+            VariableType::Integer(IntegerVariable {
+                start: Some(2),
+                ..IntegerVariable::default()
+            }),
+        ),
     ]
 }
 
@@ -194,6 +204,7 @@ impl Model for Cart {
             POSITION => Value::Real(self.position),
             ACCELERATION => Value::Real(self.acceleration()),
             TIME => Value::Real(self.time),
+            AXLES => Value::Integer(2),
             _ => unreachable!("checked by the instance"),
         }
     }

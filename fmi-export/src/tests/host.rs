@@ -211,6 +211,7 @@ impl Host {
                 }
                 "get" => ffi::get::<Cart, f64>(c, &super::cart::POSITION, 1, &raw mut real),
                 "set-fixed" => self.set(super::cart::MASS, 3.0),
+                "set-heavy" => self.set(super::cart::MASS, 1000.0),
                 "set-tunable" => self.set(super::cart::DRAG, 0.5),
                 "set-input" => self.set(super::cart::FORCE, 5.0),
                 "set-output" => self.set(super::cart::POSITION, 1.0),

@@ -156,6 +156,33 @@ fn the_importers_round_off_in_time_is_accepted() {
 }
 
 #[test]
+fn time_may_cross_zero() {
+    for (start, h, steps) in [
+        (-1.0, 0.1, 20),
+        (-10.0, 0.01, 1100),
+        (-2.0, 1.0 / 60.0, 240),
+    ] {
+        let mut host = Host::new(true);
+        assert_eq!(host.setup(start, None), fmi2OK);
+        run(&mut host, "set-heavy enter exit");
+        for n in 0..steps {
+            host.time = start + f64::from(n) * h;
+            assert_eq!(host.step(h), fmi2OK, "{:?}", host.log());
+        }
+    }
+}
+
+#[test]
+fn a_time_without_end_is_no_time() {
+    let mut host = Host::new(true);
+    assert_eq!(host.setup(1e308, None), fmi2OK);
+    run(&mut host, "enter exit");
+    host.time = 1e308;
+    assert_eq!(host.step(1e308), fmi2Error);
+    assert!(host.log()[0].contains("end of the communication step: expected a finite time"));
+}
+
+#[test]
 fn an_experiment_that_makes_no_sense_is_refused() {
     let host = Host::new(true);
     for (start, stop) in [

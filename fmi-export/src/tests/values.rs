@@ -77,7 +77,7 @@ fn values_out_of_place_are_refused_and_change_nothing() {
         1.0,
         "variable wheels: expected a call for Integer, found one for Real",
     );
-    check(COUNT, 1.0, "expected a value reference below 10, found 10");
+    check(COUNT, 1.0, "expected a value reference below 11, found 11");
     check(
         TIME,
         1.0,
