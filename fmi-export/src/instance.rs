@@ -2,7 +2,7 @@
 
 use crate::class::Class;
 use crate::experiment::refuse;
-use crate::saved::{from_bytes, to_bytes};
+use crate::saved::{from_bytes, next, to_bytes};
 use crate::{Error, Experiment, Flow, Function, Model, Scalar, State, Value};
 use fmi2::fmi2FMUstate;
 use serde::{Deserialize, Serialize};
@@ -47,7 +47,7 @@ impl<M: Model> Instance<M> {
     /// An instance that starts as `pristine` is.
     pub(crate) fn of(class: Arc<Class<M>>, pristine: M) -> Self {
         Self {
-            number: class.saved.owner(),
+            number: next(),
             class,
             now: Snapshot::of(pristine.clone()),
             pristine,
@@ -330,9 +330,19 @@ impl<M: Model> Instance<M> {
         self.class.saved.free(state)
     }
 
-    /// A saved state in bytes, for another instance or process, on behalf of `function`.
-    pub fn serialize(&self, state: fmi2FMUstate, function: Function) -> Result<Vec<u8>, Error> {
-        self.permit(function)?;
+    /// A saved state in bytes, for another instance or process.
+    pub fn serialize(&self, state: fmi2FMUstate) -> Result<Vec<u8>, Error> {
+        self.permit(Function::SerializeFMUstate)?;
+        self.bytes(state)
+    }
+
+    /// How many bytes [`Instance::serialize`] gives.
+    pub fn serialized_size(&self, state: fmi2FMUstate) -> Result<usize, Error> {
+        self.permit(Function::SerializedFMUstateSize)?;
+        Ok(self.bytes(state)?.len())
+    }
+
+    fn bytes(&self, state: fmi2FMUstate) -> Result<Vec<u8>, Error> {
         let class = &self.class;
         class
             .saved

@@ -16,7 +16,8 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 /// No number is given twice, not even by different classes.
 static NEXT: AtomicUsize = AtomicUsize::new(1);
 
-fn next() -> usize {
+/// A number for an instance or a state.
+pub(crate) fn next() -> usize {
     NEXT.fetch_add(1, Ordering::Relaxed)
 }
 
@@ -31,11 +32,6 @@ impl<S> Default for Saved<S> {
 }
 
 impl<S> Saved<S> {
-    /// The number of a new owner.
-    pub(crate) fn owner(&self) -> usize {
-        next()
-    }
-
     fn states(&self) -> MutexGuard<'_, BTreeMap<usize, (usize, S)>> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
@@ -145,8 +141,9 @@ pub(crate) fn from_bytes<S: DeserializeOwned>(guid: &str, bytes: &[u8]) -> Resul
         return refuse("expected a guid, found the end".to_owned());
     };
     if found != guid.as_bytes() {
-        let found = String::from_utf8_lossy(found);
-        return refuse(format!("expected a state of guid {guid}, found {found}"));
+        // as much as a guid has, and nothing that breaks a line
+        let found = String::from_utf8_lossy(&found[..found.len().min(guid.len())]);
+        return refuse(format!("expected a state of guid {guid}, found {found:?}"));
     }
     if Sha256::digest(body)[..] != checksum[..] {
         return refuse("the checksum does not fit: the bytes were damaged".to_owned());

@@ -123,6 +123,14 @@ pub enum Error {
         /// What there is.
         found: Vec<Platform>,
     },
+    /// The binary is no shared library, or not all of one.
+    #[error("{path}: expected a shared library, found {found}")]
+    NoLibrary {
+        /// The file.
+        path: PathBuf,
+        /// What it is.
+        found: String,
+    },
     /// The library cannot be loaded, or lacks a function.
     #[error("{path}: {source}")]
     Library {

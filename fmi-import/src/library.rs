@@ -15,6 +15,7 @@ use fmi2::{
 };
 use libloading::Library;
 use model_description::ModelDescription;
+use object::{Object, ObjectSegment};
 use std::ffi::CStr;
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
@@ -45,6 +46,7 @@ impl Fmu {
             path: path.clone(),
             source,
         };
+        check_whole(&path)?;
         // SAFETY: the initialisers of the library run; whoever opens an FMU trusts it.
         let library = unsafe { Library::new(&path) }.map_err(fail)?;
         let functions = Functions::load(&library).map_err(fail)?;
@@ -84,6 +86,30 @@ impl Fmu {
     pub fn description(&self) -> &ModelDescription {
         self.archive.description()
     }
+}
+
+/// Refuses what is no library, or one cut short: the loader maps it all the same, and the process
+/// dies where it touches what is not there.
+fn check_whole(path: &Path) -> Result<(), Error> {
+    let bytes = std::fs::read(path).map_err(|source| Error::File {
+        path: path.to_owned(),
+        source,
+    })?;
+    let refuse = |found: String| Error::NoLibrary {
+        path: path.to_owned(),
+        found,
+    };
+    let file = object::File::parse(bytes.as_slice())
+        .map_err(|error| refuse(format!("other bytes ({error})")))?;
+    let ends = file.segments().map(|segment| {
+        let (offset, size) = segment.file_range();
+        offset.saturating_add(size)
+    });
+    let (end, found) = (ends.max().unwrap_or(0), bytes.len() as u64);
+    if end > found {
+        return Err(refuse(format!("{found} of at least {end} bytes")));
+    }
+    Ok(())
 }
 
 /// The text, empty for NULL.
@@ -162,5 +188,24 @@ functions! {
         get_status: fmi2GetStatusTYPE = "fmi2GetStatus";
         get_real_status: fmi2GetRealStatusTYPE = "fmi2GetRealStatus";
         get_boolean_status: fmi2GetBooleanStatusTYPE = "fmi2GetBooleanStatus";
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_library_cut_short_is_refused() {
+        let whole = std::env::current_exe().expect("a running test");
+        check_whole(&whole).expect("all of it is there");
+        let bytes = std::fs::read(&whole).expect("readable");
+        let folder = tempfile::tempdir().expect("temporary folder");
+        let cut = folder.path().join("cut");
+        for length in [0, 100, 5000, bytes.len() / 2] {
+            std::fs::write(&cut, &bytes[..length]).expect("writable");
+            let error = check_whole(&cut).expect_err("a part is missing");
+            assert!(matches!(error, Error::NoLibrary { .. }), "{error}");
+        }
     }
 }

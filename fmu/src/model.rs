@@ -11,9 +11,9 @@ use model_description::ModelDescription;
 use serde::{Deserialize, Serialize};
 use std::cell::OnceCell;
 
-/// More internal steps in a communication step would not end in reasonable time: so many take about
-/// half a minute.
-const MOST_STEPS: f64 = 1e8;
+/// More internal steps in a communication step would not end in reasonable time: so many take some
+/// seconds, and minutes where a ride has died away to subnormal numbers.
+const MOST_STEPS: f64 = 1e7;
 
 /// A bicycle under way, behind FMI.
 ///

@@ -49,9 +49,16 @@ pub fn simulate(
         output: vec![simulation.output()],
         stop: None,
     };
-    // a duration of 24 s in steps of .005 s has 4800 of them, whatever the rounding
-    for n in 1..=(duration / step + 1e-9) as u64 {
+    // a duration of 24 s in steps of .005 s has 4800 of them, whatever the rounding; where it has a
+    // part of one besides, the last row is at its end
+    let rows = (duration / step - 1e-9).ceil() as u64;
+    for n in 1..=rows {
         let to = n as f64 * step;
+        let to = if to > duration - 1e-9 * step {
+            duration
+        } else {
+            to
+        };
         while let Some(change) = later.next_if(|change| change.from < to - 1e-9 * step) {
             if let Err(stop) = simulation.advance(change.from) {
                 trajectory.stop = Some(stop);

@@ -39,7 +39,8 @@ impl ModelDescription {
             .to_string(self)
             .map_err(Error::Write)?;
         xml.push('\n');
-        Ok(xml)
+        // Indentation is of blanks: a tab stands in an attribute, and would be read as a blank.
+        Ok(xml.replace('\t', "&#9;"))
     }
 
     /// Reads the XML text; unknown elements and attributes are ignored.

@@ -14,6 +14,7 @@ from pathlib import Path
 import fmpy
 import numpy as np
 import pytest
+from slave import Slave
 
 
 def from_environment(name: str) -> Path:
@@ -44,6 +45,14 @@ def references(description):
 @pytest.fixture(scope="session")
 def unzipped(fmu, tmp_path_factory) -> Path:
     return Path(fmpy.extract(str(fmu), unzipdir=str(tmp_path_factory.mktemp("fmu"))))
+
+
+@pytest.fixture
+def slave(description, unzipped, references):
+    slave = Slave(description, unzipped, references)
+    yield slave
+    slave.free()
+    slave.fmu.freeLibrary()
 
 
 @pytest.fixture(scope="session")

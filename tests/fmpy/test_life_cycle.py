@@ -1,90 +1,11 @@
 """The C interface misused through ctypes."""
 
-from ctypes import byref, c_double, c_int, c_size_t, c_uint, c_void_p, cast
+from ctypes import byref, c_double, c_int, c_uint, c_void_p
 from math import inf, nan
 
 import pytest
-from fmpy import fmi2
 from fmpy.fmi2 import fmi2Discard, fmi2Error, fmi2OK
-
-COSIMULATION = 1
-NONE, ONE = c_size_t(0), c_size_t(1)
-
-
-class Slave:
-    """An instance whose functions return their status instead of raising."""
-
-    def __init__(self, description, unzipped, references):
-        self.lines = []
-        self.references = references
-        self.guid = description.guid.encode()
-        self.fmu = fmi2.FMU2Slave(
-            guid=description.guid,
-            unzipDirectory=str(unzipped),
-            modelIdentifier=description.coSimulation.modelIdentifier,
-            instanceName="slave",
-        )
-        self.library = self.fmu.dll
-        self.callbacks = fmi2.fmi2CallbackFunctions()
-        # The logger is variadic; fixed arguments travel the same way.
-        self.callbacks.logger = fmi2.fmi2CallbackLoggerTYPE(self.log)
-        self.callbacks.allocateMemory = fmi2.defaultCallbacks.allocateMemory
-        self.callbacks.freeMemory = fmi2.defaultCallbacks.freeMemory
-        self.callbacks.componentEnvironment = c_void_p(42)
-        self.component = None
-
-    def log(self, environment, name, status, category, message):
-        self.lines.append((environment, name, status, category, message))
-
-    def taken(self):
-        lines, self.lines = self.lines, []
-        return lines
-
-    def instantiate(self, name=b"slave", kind=COSIMULATION, guid=None, logging=1):
-        guid = self.guid if guid is None else guid
-        self.library.fmi2Instantiate.restype = c_void_p
-        self.component = self.library.fmi2Instantiate(
-            name, kind, guid, None, byref(self.callbacks), 0, logging
-        )
-        return self.component
-
-    def call(self, function, *arguments):
-        return self.library[function](c_void_p(self.component), *arguments)
-
-    def setup(self, start=0.0, stop=None):
-        defined = int(stop is not None)
-        return self.call(
-            "fmi2SetupExperiment", 0, c_double(0), c_double(start), defined, c_double(stop or 0)
-        )
-
-    def start(self):
-        statuses = [
-            self.setup(),
-            self.call("fmi2EnterInitializationMode"),
-            self.call("fmi2ExitInitializationMode"),
-        ]
-        assert statuses == [fmi2OK] * 3
-
-    def set(self, name, value):
-        reference = c_uint(self.references[name])
-        return self.call("fmi2SetReal", byref(reference), ONE, byref(c_double(value)))
-
-    def get(self, name):
-        reference, value = c_uint(self.references[name]), c_double(nan)
-        assert self.call("fmi2GetReal", byref(reference), ONE, byref(value)) == fmi2OK
-        return value.value
-
-    def step(self, time, h):
-        return self.call("fmi2DoStep", c_double(time), c_double(h), 1)
-
-
-@pytest.fixture
-def slave(description, unzipped, references):
-    slave = Slave(description, unzipped, references)
-    yield slave
-    if slave.component:
-        slave.library.fmi2FreeInstance(c_void_p(slave.component))
-    slave.fmu.freeLibrary()
+from slave import COSIMULATION, NONE, ONE
 
 
 @pytest.mark.parametrize(
@@ -184,33 +105,6 @@ def test_an_early_end_can_be_asked_about(slave):
     assert slave.call("fmi2Terminate") == fmi2OK
     assert slave.call("fmi2Reset") == fmi2OK
     slave.start()
-    assert slave.step(0.0, 0.01) == fmi2OK
-
-
-def test_silent_when_logging_is_off(slave, capfd):
-    slave.instantiate(logging=0)
-    assert slave.call("fmi2ExitInitializationMode") == fmi2Error
-    assert slave.taken() == []
-    category = cast(b"logStatusError", fmi2.fmi2String)
-    assert slave.call("fmi2SetDebugLogging", 1, ONE, byref(category)) == fmi2OK
-    assert slave.call("fmi2ExitInitializationMode") == fmi2Error
-    assert len(slave.taken()) == 1
-    unknown = cast(b"logGossip", fmi2.fmi2String)
-    assert slave.call("fmi2SetDebugLogging", 1, ONE, byref(unknown)) == fmi2Error
-    assert capfd.readouterr() == ("", "")
-
-
-def test_absent_capabilities_answer_with_an_error(slave):
-    slave.instantiate()
-    slave.start()
-    state = c_void_p()
-    assert slave.call("fmi2GetFMUstate", byref(state)) == fmi2Error
-    assert slave.call("fmi2SetFMUstate", state) == fmi2Error
-    assert slave.call("fmi2GetDirectionalDerivative", None, NONE, None, NONE, None, None) == fmi2Error
-    assert slave.call("fmi2SetRealInputDerivatives", None, NONE, None, None) == fmi2Error
-    assert slave.call("fmi2GetRealOutputDerivatives", None, NONE, None, None) == fmi2Error
-    assert slave.call("fmi2CancelStep") == fmi2Error
-    assert len(slave.taken()) == 6
     assert slave.step(0.0, 0.01) == fmi2OK
 
 

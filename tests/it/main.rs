@@ -2,6 +2,8 @@
 
 mod claims;
 mod fmu;
+mod fuzz;
+mod packing;
 mod program;
 mod readme;
 mod recorded;

@@ -54,10 +54,7 @@ pub unsafe fn serialized_fmu_state_size<M: Model>(
     unsafe {
         call::<M>(c, |component| {
             let size = slice_mut(size, 1, "size")?;
-            size[0] = component
-                .instance
-                .serialize(state, Function::SerializedFMUstateSize)?
-                .len();
+            size[0] = component.instance.serialized_size(state)?;
             Ok(())
         })
     }
@@ -76,9 +73,7 @@ pub unsafe fn serialize_fmu_state<M: Model>(
     // SAFETY: the module's contract.
     unsafe {
         call::<M>(c, |component| {
-            let found = component
-                .instance
-                .serialize(state, Function::SerializeFMUstate)?;
+            let found = component.instance.serialize(state)?;
             if size < found.len() {
                 let expected = found.len();
                 return Err(Error::Bytes(format!(

@@ -62,7 +62,7 @@ fn a_library_that_does_not_fit_is_refused() {
     .pack();
     let error = Fmu::open(&path).expect_err("refused");
     assert!(
-        matches!(error, Error::Library { .. } | Error::NoBinary { .. }),
+        matches!(error, Error::NoLibrary { .. } | Error::NoBinary { .. }),
         "{error}"
     );
 }

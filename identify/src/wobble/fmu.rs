@@ -12,6 +12,7 @@ use fmi_import::{Error as Refusal, Fmu as Loaded, LogLine};
 use fmu::{Library, Package, Starts};
 use identify::bicycles::{Bicycle, formulation};
 use identify::run::Run;
+use identify::verdict::Verdict;
 use serde_json::json;
 use std::path::{Path, PathBuf};
 
@@ -139,6 +140,14 @@ impl Fmu {
 /// The bicycle that a fit found.
 fn fitted(run: &Run) -> Result<Bicycle> {
     let found = run.fitted()?;
+    for estimate in &run.fit.parameters {
+        if estimate.verdict == Verdict::NotDetermined {
+            eprintln!(
+                "warning: {} = {} was not determined by the fit, and travels all the same",
+                estimate.name, estimate.value
+            );
+        }
+    }
     if run.fit.estimate("effective_damping").is_some() {
         eprintln!("note: effective_damping travels as viscous_friction, coulomb_friction is 0");
     }
@@ -171,10 +180,16 @@ fn collect(folder: &Path, name: &str, files: &mut Vec<(String, Vec<u8>)>) -> Res
             bail!("{}: expected a name in UTF-8", path.display());
         };
         let name = format!("{name}/{last}");
-        if path.is_dir() {
+        let kind = path.symlink_metadata().with_context(unreadable)?;
+        if kind.is_dir() {
             collect(&path, &name, files)?;
-        } else {
+        } else if kind.is_file() {
             files.push((name, identify::file::read(&path)?));
+        } else {
+            bail!(
+                "{}: expected a file or a folder, found neither",
+                path.display()
+            );
         }
     }
     Ok(())

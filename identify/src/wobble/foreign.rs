@@ -117,7 +117,7 @@ impl Arguments {
             (Some(text), _) => positive("--duration", text)?,
             (None, Some(stop)) => stop - experiment.start_time.unwrap_or(0.0),
             (None, None) => {
-                eprintln!("note: the FMU says of no duration that it makes sense: 1 s is taken");
+                eprintln!("note: the FMU gives no duration of its own: 1 s is taken");
                 1.0
             }
         };
@@ -126,7 +126,7 @@ impl Arguments {
             (None, Some(step)) => step,
             (None, None) => {
                 let step = duration / 500.0;
-                eprintln!("note: the FMU prefers no step: {step} s is taken");
+                eprintln!("note: the FMU gives no step of its own: {step} s is taken");
                 step
             }
         };
@@ -134,8 +134,9 @@ impl Arguments {
             let (name, value) = assignment("--set", text)?;
             let argument = || format!("--set {text}");
             let row = row(variables, name).map_err(|cause| cause.typed(argument()))?;
-            let value =
-                parse(&description.units, row, value).map_err(|cause| cause.typed(argument()))?;
+            let value = parse(&description.units, row, value)
+                .and_then(|value| within(row, value))
+                .map_err(|cause| cause.typed(argument()))?;
             Ok((name.to_owned(), value))
         });
         Ok(Plan {
@@ -201,6 +202,21 @@ fn parse(units: &[Unit], row: &VariableRow, text: &str) -> Typed<Value> {
     })
 }
 
+/// The value, if it is a number in the range of the variable.
+fn within(row: &VariableRow, value: Value) -> Typed<Value> {
+    let (min, max) = (
+        row.min.unwrap_or(f64::NEG_INFINITY),
+        row.max.unwrap_or(f64::INFINITY),
+    );
+    match value {
+        Value::Real(found) if !(min..=max).contains(&found) => Err(Error::Form {
+            expected: "a value in the variable's range",
+            found: format!("{found}, outside {min} to {max}"),
+        }),
+        value => Ok(value),
+    }
+}
+
 /// A number in the variable's `unit`: it may carry that unit, one the FMU displays it in, or one of
 /// the same dimension.
 fn real(units: &[Unit], unit: Option<&str>, name: &str, text: &str) -> Typed<f64> {
@@ -217,19 +233,29 @@ fn real(units: &[Unit], unit: Option<&str>, name: &str, text: &str) -> Typed<f64
     if let Some(value) = text.strip_suffix(unit).and_then(number) {
         return Ok(value);
     }
+    // the units of the bicycle's tables first, so that a text means the same number everywhere
+    let scale = |known| {
+        Scale::of(unit, known, &what)
+            .ok()
+            .map(|scale| (known, scale))
+    };
+    let known = UNITS.iter().copied().find_map(scale);
+    let ours = known.map(|(known, scale)| {
+        unit::parse(text, known, &what).map(|value| match scale.to_si(1.0) {
+            1.0 => value,
+            factor => value / factor,
+        })
+    });
+    if let Some(Ok(value)) = ours {
+        return Ok(value);
+    }
     let display_units = units.iter().filter(|own| own.name == unit);
     for display in display_units.flat_map(|own| &own.display_units) {
         if let Some(value) = text.strip_suffix(display.name.as_str()).and_then(number) {
             return Ok((value - display.offset) / display.factor);
         }
     }
-    let scale = |known| {
-        Scale::of(unit, known, &what)
-            .ok()
-            .map(|scale| (known, scale))
-    };
-    let (known, scale) = UNITS.iter().copied().find_map(scale).ok_or_else(wrong)?;
-    Ok(unit::parse(text, known, &what)? / scale.to_si(1.0))
+    ours.unwrap_or_else(|| Err(wrong()))
 }
 
 /// An error that only what was typed can have caused as such, any other as the FMU's at `path`.

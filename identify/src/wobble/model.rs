@@ -88,10 +88,10 @@ pub struct Simulate {
     #[command(flatten)]
     bicycle: BicycleArguments,
     /// How long [default: 24s, or as the FMU has it]
-    #[arg(long, value_name = "TIME")]
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
     duration: Option<String>,
     /// From row to row [default: 5ms, or as the FMU has it]
-    #[arg(long, value_name = "TIME")]
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
     step: Option<String>,
     /// Change a parameter or an input under way, e.g. 5s:speed=3m/s
     #[arg(long, value_name = "TIME:NAME=VALUE", conflicts_with = "ride")]

@@ -35,6 +35,12 @@ fn split(text: &str) -> Result<(Platform, PathBuf), Error> {
                 name: name.into(),
                 nearest: known().map(str::to_owned).into(),
             })?;
+            if path.is_empty() {
+                return Err(Error::Form {
+                    expected: "PLATFORM=FILE",
+                    found: text.into(),
+                });
+            }
             Ok((platform, path.into()))
         }
         _ => match Platform::current() {

@@ -1,0 +1,6 @@
+//! Archives.
+#![no_main]
+
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
+    tests::fuzz::archive(bytes);
+});
