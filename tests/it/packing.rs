@@ -5,7 +5,9 @@ use bicycle::{Input, Parameters};
 use fmi_import::Archive;
 use fmi_import::model_description::{Platform, VariableType};
 use fmu::Library;
+use identify::run::Run;
 use std::path::Path;
+use std::process::Command;
 use tempfile::TempDir;
 
 fn folder() -> TempDir {
@@ -91,17 +93,50 @@ fn a_fit_is_packed_with_what_it_found() {
     assert_eq!(wobble(folder.path(), ride).code, 0);
     assert_eq!(wobble(folder.path(), "fit ride.csv -o fit.json").code, 0);
     let archive = packed(folder.path(), "--parameters fit.json");
-    let text = std::fs::read_to_string(folder.path().join("fit.json")).expect("a fit");
-    let fit: serde_json::Value = serde_json::from_str(&text).expect("JSON");
-    let estimates = fit["fit"]["parameters"].as_array().expect("estimates");
-    let of = |name: &str| {
-        let estimate = estimates.iter().find(|estimate| estimate["name"] == name);
-        estimate.and_then(|estimate| estimate["value"].as_f64())
-    };
+    let run = Run::read(&folder.path().join("fit.json")).expect("a fit");
     for name in ["cornering_stiffness", "camber_stiffness"] {
-        let value = of(name).expect("fitted");
+        let value = run.fit.estimate(name).expect("fitted").value;
         assert_eq!(start(&archive, name).to_bits(), value.to_bits(), "{name}");
     }
+}
+
+#[test]
+fn a_windows_library_is_merged_where_it_can_be_built() {
+    let target = "x86_64-pc-windows-gnu";
+    let libraries = Command::new("rustc")
+        .args(["--print", "target-libdir", "--target", target])
+        .output()
+        .expect("rustc starts");
+    let libraries = String::from_utf8(libraries.stdout).expect("UTF-8");
+    let linker = Command::new("x86_64-w64-mingw32-gcc")
+        .arg("--version")
+        .output();
+    if !Path::new(libraries.trim()).is_dir() || linker.is_err() {
+        eprintln!("skipped: the Rust target {target} or its linker is not installed");
+        return;
+    }
+    let folder = folder();
+    let built = Command::new("cargo")
+        .args([
+            "build",
+            "--release",
+            "--locked",
+            "-p",
+            "fmu",
+            "--target",
+            target,
+        ])
+        .arg("--target-dir")
+        .arg(folder.path())
+        .current_dir(env!("CARGO_MANIFEST_DIR"))
+        .status();
+    assert!(built.expect("cargo starts").success());
+    let library = folder.path().join(target).join("release/fmu.dll");
+    let archive = packed(
+        folder.path(),
+        &format!("--library win64={}", library.display()),
+    );
+    assert_eq!(archive.platforms(), [Platform::Linux64, Platform::Win64]);
 }
 
 #[test]
