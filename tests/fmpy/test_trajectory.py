@@ -1,6 +1,9 @@
 """simulate_fmu against the bicycle without FMI: equal to the last bit."""
 
 import math
+import subprocess
+import sys
+from pathlib import Path
 
 import fmpy
 import numpy as np
@@ -79,3 +82,10 @@ def test_steer_limit_ends_the_simulation(fmu, description, native, falling):
 def test_a_value_out_of_range_stops_the_simulation(fmu, description):
     with pytest.raises(Exception, match="fmi2SetReal"):
         simulate(fmu, description, 0.005, 1.0, {"wheelbase": 9.0})
+
+
+def test_the_script_of_the_documentation_runs(fmu):
+    script = Path(__file__).parents[2] / "fmu" / "documentation" / "couple.py"
+    ran = subprocess.run([sys.executable, script, fmu], capture_output=True, text=True)
+    assert ran.returncode == 0, ran.stderr
+    assert ran.stdout
