@@ -1,6 +1,6 @@
 //! Derivatives of what is seen, by dual numbers: the same source as the simulation.
 
-use crate::dynamics::{Bicycle, Nonlinear, output_with};
+use crate::dynamics::{Bicycle, Nonlinear, derivative, output_with, path_derivative};
 use crate::linear::partial;
 use crate::parameters::Parameters;
 use crate::state::{Input, Output, Path, State};
@@ -51,4 +51,16 @@ pub fn output_along(b: &Bicycle, x: &State, path: &Path, u: &Input, d: &Directio
         n.steer_rate_sign = Dual::from(n.steer_rate_sign.re);
     }
     output_with(&b, &x, &path, &u, &n).map(|value| partial(&value, 0))
+}
+
+/// Time derivative of [`crate::dynamics::output`], each row in its unit per second, with the inputs
+/// on slopes `slope`.
+pub fn output_rate(b: &Bicycle, x: &State, path: &Path, u: &Input, slope: &Input) -> Output {
+    let onward = Direction {
+        state: derivative(b, x, u),
+        path: path_derivative(x, path, u.speed),
+        input: *slope,
+        ..Direction::ZERO
+    };
+    output_along(b, x, path, u, &onward)
 }

@@ -93,18 +93,6 @@ struct Present {
     input: Input,
 }
 
-impl Present {
-    fn along(&self, direction: &Direction) -> Output {
-        sensitivity::output_along(
-            &self.bicycle,
-            &self.state,
-            &self.path,
-            &self.input,
-            direction,
-        )
-    }
-}
-
 fn take_over(
     simulation: &mut Simulation,
     pending: Pending,
@@ -248,7 +236,8 @@ impl Model for RearLoadBicycle {
                 direction.path.set(row, direction.path.get(row) + seed);
             }
         }
-        let along = now.along(&direction);
+        let along =
+            sensitivity::output_along(&now.bicycle, &now.state, &now.path, &now.input, &direction);
         let derivative = |&reference: &u32| match Row::at(reference) {
             Row::Output(row) => along.get(row),
             _ => 0.0,
@@ -267,13 +256,8 @@ impl Model for RearLoadBicycle {
         let (Row::Output(row), Some(now)) = (Row::at(reference), self.present()) else {
             return 0.0;
         };
-        let onward = Direction {
-            state: dynamics::derivative(&now.bicycle, &now.state, &now.input),
-            path: dynamics::path_derivative(&now.state, &now.path, now.input.speed),
-            input: self.slope,
-            ..Direction::ZERO
-        };
-        now.along(&onward).get(row)
+        sensitivity::output_rate(&now.bicycle, &now.state, &now.path, &now.input, &self.slope)
+            .get(row)
     }
 }
 

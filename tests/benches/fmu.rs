@@ -114,6 +114,37 @@ fn native_ride() -> f64 {
     (0..STEPS).map(|n| native_step(&mut simulation, n)).sum()
 }
 
+/// Angles of a ride.
+fn angles() -> impl Iterator<Item = f64> {
+    (-64..64).map(|n| 0.01 * f64::from(n))
+}
+
+/// 128 sines and cosines as the equations take them, the same bits everywhere.
+#[divan::bench]
+fn sin_cos_ours() -> f64 {
+    let both = angles().map(|x| bicycle::Real::sin_cos(black_box(x)));
+    both.map(|(sin, cos)| sin + cos).sum()
+}
+
+/// 128 of the platform's.
+#[divan::bench]
+fn sin_cos_platform() -> f64 {
+    let both = angles().map(|x| f64::sin_cos(black_box(x)));
+    both.map(|(sin, cos)| sin + cos).sum()
+}
+
+/// 128 arctangents as the equations take them.
+#[divan::bench]
+fn atan_ours() -> f64 {
+    angles().map(|x| bicycle::Real::atan(black_box(x))).sum()
+}
+
+/// 128 of the platform's.
+#[divan::bench]
+fn atan_platform() -> f64 {
+    angles().map(|x| f64::atan(black_box(x))).sum()
+}
+
 #[divan::bench]
 fn bare_step(bencher: Bencher) {
     let (mut simulation, h) = (native(), internal_step());

@@ -3,7 +3,7 @@
 use super::Simulation;
 use crate::dynamics;
 use crate::quantity::Quantity;
-use crate::sensitivity::{self, Direction};
+use crate::sensitivity;
 use crate::state::{Output, Path, State};
 
 /// Where the number of an output row is to be found.
@@ -70,26 +70,15 @@ impl Simulation {
         }
     }
 
-    /// How [`Self::output`] changes along `direction`: Σ ∂y/∂· d·, see [`sensitivity::output_along`].
-    pub fn output_along(&self, direction: &Direction) -> Output {
-        sensitivity::output_along(
+    /// Time derivative of [`Self::output`], each row in its unit per second, with the inputs on
+    /// their present slopes.
+    pub fn output_rate(&self) -> Output {
+        sensitivity::output_rate(
             &self.bicycle,
             self.state(),
             self.path(),
             &self.input(),
-            direction,
+            self.input_slope(),
         )
-    }
-
-    /// Time derivative of [`Self::output`], each row in its unit per second, with the inputs on
-    /// their present slopes.
-    pub fn output_rate(&self) -> Output {
-        let (x, u) = (self.state(), self.input());
-        self.output_along(&Direction {
-            state: dynamics::derivative(&self.bicycle, x, &u),
-            path: dynamics::path_derivative(x, self.path(), u.speed),
-            input: *self.input_slope(),
-            ..Direction::ZERO
-        })
     }
 }
