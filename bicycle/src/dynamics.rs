@@ -1,4 +1,5 @@
-//! The equations of motion (7)–(9), one function each, and what they are assembled into.
+//! The equations of motion (7)–(9), one function each, and what they are assembled into; which
+//! formulation moves the bicycle is decided here.
 //!
 //! A formulation branches inside the terms it changes. `EQUATIONS.md` holds every deviation from
 //! the printed equations against its reason and its test.
@@ -9,9 +10,11 @@ use crate::real::{Real, sign};
 use crate::rider;
 use crate::state::{Derived, Input, Output, Path, State};
 use crate::tyre;
+use crate::whipple::FourBodies;
 use serde::{Deserialize, Serialize};
 
-/// Which reading of the paper's equations is meant.
+/// By which equations the bicycle moves: one of three readings of the paper's, or the four-body
+/// bicycle of the literature.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Formulation {
@@ -22,11 +25,21 @@ pub enum Formulation {
     /// All repairs: passes the dimension law and the mirror law.
     #[default]
     Repaired,
+    /// The linear four-body bicycle of Whipple and Carvallo, whose wheels do not slip.
+    Whipple,
+    /// The same with slipping tyres front and rear.
+    WhippleSlip,
 }
 
 impl Formulation {
     /// Every formulation, in the order of the FMU's enumeration.
-    pub const ALL: [Self; 3] = [Self::Printed, Self::Minimal, Self::Repaired];
+    pub const ALL: [Self; 5] = [
+        Self::Printed,
+        Self::Minimal,
+        Self::Repaired,
+        Self::Whipple,
+        Self::WhippleSlip,
+    ];
 
     /// The name in files, on the command line and in the FMU.
     pub fn name(self) -> &'static str {
@@ -34,7 +47,14 @@ impl Formulation {
             Self::Printed => "printed",
             Self::Minimal => "minimal",
             Self::Repaired => "repaired",
+            Self::Whipple => "whipple",
+            Self::WhippleSlip => "whipple_slip",
         }
+    }
+
+    /// Whether it is one of the four-body bicycle, linear about upright.
+    pub fn has_four_bodies(self) -> bool {
+        matches!(self, Self::Whipple | Self::WhippleSlip)
     }
 
     /// What it is, in a sentence.
@@ -43,6 +63,8 @@ impl Formulation {
             Self::Printed => "the paper's equations literally as printed",
             Self::Minimal => "I_zz once in (7) and no I_xx in (9), all else as printed",
             Self::Repaired => "all repairs: dimensions and mirror symmetry hold",
+            Self::Whipple => "the linear four-body bicycle (Whipple, Carvallo), no wheel slips",
+            Self::WhippleSlip => "the four-body bicycle with slipping tyres front and rear",
         }
     }
 }
@@ -78,8 +100,14 @@ pub struct Bicycle<T = f64> {
     pub cos_caster: T,
     /// `f = r_f sin λ − L_3 cos λ`, fork offset [m].
     pub fork_offset: T,
+    /// Rear normal load [N].
+    pub rear_wheel_load: T,
     /// The inertia on the left of (9) [kg m²].
     pub steering_inertia: T,
+    /// The four-body bicycle, where the formulation asks for it.
+    pub four_bodies: Option<FourBodies<T>>,
+    /// Whether the tyres take a distance to build their force up.
+    pub relaxes: bool,
 }
 
 impl<T: Real> Bicycle<T> {
@@ -91,16 +119,43 @@ impl<T: Real> Bicycle<T> {
         let steering_inertia = match formulation {
             Formulation::Printed => p.steer_inertia + lumps.roll_inertia + wheel,
             Formulation::Minimal | Formulation::Repaired => p.steer_inertia + wheel,
+            Formulation::Whipple | Formulation::WhippleSlip => p.steer_inertia,
         };
+        let front_load = lumps.total_mass * p.gravity * lumps.cog_to_rear / p.wheelbase;
+        let four_bodies = formulation
+            .has_four_bodies()
+            .then(|| FourBodies::new(p, &lumps));
         Self {
             p: *p,
             formulation,
             lumps,
-            front_load: lumps.total_mass * p.gravity * lumps.cog_to_rear / p.wheelbase,
+            front_load,
+            rear_wheel_load: lumps.total_mass * p.gravity - front_load,
             sin_caster,
             cos_caster,
             fork_offset: p.front_wheel_radius * sin_caster - p.trail * cos_caster,
             steering_inertia,
+            four_bodies,
+            relaxes: formulation == Formulation::WhippleSlip && !p.relaxation_length.is_zero(),
+        }
+    }
+
+    /// How many rows of the state, from the first on, move by differential equations. The others
+    /// are carried along unchanged.
+    pub fn order(&self) -> usize {
+        match self.formulation {
+            Formulation::Printed | Formulation::Minimal | Formulation::Repaired => 5,
+            Formulation::Whipple => 4,
+            Formulation::WhippleSlip if self.relaxes => 8,
+            Formulation::WhippleSlip => 6,
+        }
+    }
+
+    /// Yaw rate ψ̇ [rad/s]: a state, or where the wheels do not slip a consequence of the steering.
+    pub fn yaw_rate(&self, x: &State<T>, speed: T) -> T {
+        match (&self.four_bodies, self.formulation) {
+            (Some(bodies), Formulation::Whipple) => bodies.yaw_rate(x, speed),
+            _ => x.yaw_rate,
         }
     }
 
@@ -179,13 +234,13 @@ pub fn yaw_acceleration<T: Real>(b: &Bicycle<T>, x: &State<T>, n: &Nonlinear<T>)
     let cornering = b.p.wheelbase * tyre::lateral_force(b, beta);
     let cornering = match b.formulation {
         Formulation::Printed => cornering / i_zz,
-        Formulation::Minimal | Formulation::Repaired => cornering,
+        _ => cornering,
     };
     let camber = match b.formulation {
         Formulation::Printed | Formulation::Minimal => {
             b.p.camber_stiffness * tyre::camber_angle(b, x)
         }
-        Formulation::Repaired => b.p.wheelbase * tyre::camber_thrust(b, x),
+        _ => b.p.wheelbase * tyre::camber_thrust(b, x),
     };
     (cornering - camber) / i_zz
 }
@@ -217,6 +272,14 @@ pub fn roll_acceleration<T: Real>(
         / m.roll_inertia
 }
 
+/// Torque on the steering [N m] of rider, inputs and friction, left positive, in (9).
+/// `τ_h + τ + τ_a − (c θ̇ + d sign θ̇)`
+pub fn steering_torque<T: Real>(b: &Bicycle<T>, x: &State<T>, u: &Input<T>, n: &Nonlinear<T>) -> T {
+    let torque = rider::torque(&b.p, x, u.speed) + u.steer_torque + u.assist_torque;
+    let friction = b.p.viscous_friction * x.steer_rate + b.p.coulomb_friction * n.steer_rate_sign;
+    torque - friction
+}
+
 /// Steer acceleration θ̈ [rad/s²], (9), with the assist torque of the inputs added to `τ_h`.
 ///
 /// printed `(I_h + I_xx + m_f L_3²) θ̈ = −m_f g f sin(φ − θ sin λ) − I_f cos λ V tan θ/(L_1+L_2) + τ_h`
@@ -240,25 +303,24 @@ pub fn steer_acceleration<T: Real>(
     let turning = v * (a.sin_steer / a.cos_steer) / p.wheelbase;
     let spin = match b.formulation {
         Formulation::Printed | Formulation::Minimal => T::from(1.0),
-        Formulation::Repaired => v / p.front_wheel_radius,
+        _ => v / p.front_wheel_radius,
     };
     let gyro = p.front_wheel_inertia * b.cos_caster * turning * spin;
-    let torque = rider::torque(p, x, v) + u.steer_torque + u.assist_torque;
-    let friction = p.viscous_friction * x.steer_rate + p.coulomb_friction * n.steer_rate_sign;
+    let torque = steering_torque(b, x, u, n);
     let weight = trail * b.front_load * sin_gamma;
     let cornering_arm = match b.formulation {
         Formulation::Printed | Formulation::Minimal => {
             p.trail * a.cos_roll + p.front_wheel_radius * a.sin_roll
         }
-        Formulation::Repaired => trail,
+        _ => trail,
     };
     let cornering = tyre::lateral_force(b, beta) * cornering_arm;
     let camber_arm = match b.formulation {
         Formulation::Printed | Formulation::Minimal => a.cos_roll,
-        Formulation::Repaired => trail,
+        _ => trail,
     };
     let camber = p.camber_stiffness * gamma * b.front_load * camber_arm;
-    (torque - wheel_weight - gyro - friction - weight - cornering + camber) / b.steering_inertia
+    (torque - wheel_weight - gyro - weight - cornering + camber) / b.steering_inertia
 }
 
 /// Time derivative of the state with the nonlinear terms given.
@@ -278,12 +340,19 @@ fn rate<T: Real>(
     n: &Nonlinear<T>,
     a: &Angles<T>,
 ) -> State<T> {
+    if let Some(bodies) = &b.four_bodies {
+        return bodies.rate(b, x, u, n);
+    }
+    let nil = T::from(0.0);
     State {
         roll_rate: roll_acceleration(b, x, u, n, a),
         steer_rate: steer_acceleration(b, x, u, n, a),
         roll: x.roll_rate,
         steer: x.steer_rate,
         yaw_rate: yaw_acceleration(b, x, n),
+        lateral_velocity: nil,
+        front_lateral_force: nil,
+        rear_lateral_force: nil,
     }
 }
 
@@ -292,13 +361,13 @@ pub fn derivative<T: Real>(b: &Bicycle<T>, x: &State<T>, u: &Input<T>) -> State<
     derivative_with(b, x, u, &Nonlinear::at(b, x, u.speed))
 }
 
-/// Time derivative of the path: `ψ' = ψ̇, ẋ = V cos ψ, ẏ = V sin ψ`.
-pub fn path_derivative<T: Real>(x: &State<T>, path: &Path<T>, speed: T) -> Path<T> {
+/// Time derivative of the path: `ψ' = ψ̇, ẋ = V cos ψ − v_y sin ψ, ẏ = V sin ψ + v_y cos ψ`.
+pub fn path_derivative<T: Real>(b: &Bicycle<T>, x: &State<T>, path: &Path<T>, speed: T) -> Path<T> {
     let (sin, cos) = path.heading.sin_cos();
     Path {
-        heading: x.yaw_rate,
-        x: speed * cos,
-        y: speed * sin,
+        heading: b.yaw_rate(x, speed),
+        x: speed * cos - x.lateral_velocity * sin,
+        y: speed * sin + x.lateral_velocity * cos,
     }
 }
 
@@ -317,24 +386,24 @@ pub fn output_with<T: Real>(
 ) -> Output<T> {
     let angles = Angles::at(x);
     let dx = rate(b, x, u, n, &angles);
-    let place = path_derivative(x, path, u.speed);
-    let slip_angle = tyre::slip_angle(x.steer, n.path_angle);
-    Output {
+    let place = path_derivative(b, x, path, u.speed);
+    let nil = T::from(0.0);
+    let mut output = Output {
         roll: x.roll,
         steer: x.steer,
         roll_rate: x.roll_rate,
         steer_rate: x.steer_rate,
-        yaw_rate: x.yaw_rate,
+        yaw_rate: place.heading,
         heading: path.heading,
         x: path.x,
         y: path.y,
-        slip_angle,
+        slip_angle: nil,
         camber_angle: tyre::camber_angle(b, x),
-        effective_trail: tyre::effective_trail(b, &angles, n.steer_sign),
-        lateral_force: tyre::lateral_force(b, slip_angle),
-        camber_thrust: tyre::camber_thrust(b, x),
-        rear_lateral_force: T::from(0.0),
-        lateral_velocity: T::from(0.0),
+        effective_trail: b.p.trail,
+        lateral_force: nil,
+        camber_thrust: nil,
+        rear_lateral_force: nil,
+        lateral_velocity: x.lateral_velocity,
         front_load: b.front_load,
         rider_torque: rider::torque(&b.p, x, u.speed),
         steer_acceleration: dx.steer_rate,
@@ -342,5 +411,31 @@ pub fn output_with<T: Real>(
         yaw_acceleration: dx.yaw_rate,
         x_rate: place.x,
         y_rate: place.y,
+        front_lateral_force: nil,
+        lateral_velocity_rate: dx.lateral_velocity,
+        front_lateral_force_rate: dx.front_lateral_force,
+        rear_lateral_force_rate: dx.rear_lateral_force,
+    };
+    match &b.four_bodies {
+        None => {
+            output.slip_angle = tyre::slip_angle(x.steer, n.path_angle);
+            output.effective_trail = tyre::effective_trail(b, &angles, n.steer_sign);
+            output.lateral_force = tyre::lateral_force(b, output.slip_angle);
+            output.camber_thrust = tyre::camber_thrust(b, x);
+            output.front_lateral_force = output.lateral_force - output.camber_thrust;
+        }
+        Some(_) if b.formulation == Formulation::WhippleSlip => {
+            output.slip_angle = tyre::front_side_slip(b, x, u.speed);
+            output.lateral_force = tyre::lateral_force(b, output.slip_angle);
+            output.camber_thrust = tyre::camber_thrust(b, x);
+            [output.rear_lateral_force, output.front_lateral_force] = tyre::forces(b, x, u.speed);
+        }
+        Some(bodies) => {
+            // ψ̇ is linear in θ and θ̇: its rate at constant speed is that of their rates
+            output.yaw_acceleration = bodies.yaw_rate(&dx, u.speed);
+            [output.rear_lateral_force, output.front_lateral_force] =
+                bodies.constraint_forces(x, &dx, u.speed);
+        }
     }
+    output
 }

@@ -31,6 +31,7 @@ pub mod sensitivity;
 pub mod simulate;
 pub mod state;
 pub mod tyre;
+pub mod whipple;
 
 pub use dynamics::{Bicycle, Formulation};
 pub use parameters::{Excitation, Parameters};

@@ -1,15 +1,36 @@
 //! The linear system ẋ = A x + B u by dual numbers: the same source as the simulation.
 
-use crate::dynamics::{Bicycle, Formulation, Nonlinear, derivative, derivative_with};
+use crate::dynamics::{Bicycle, Formulation, Nonlinear, derivative, derivative_with, output};
 use crate::parameters::Parameters;
-use crate::state::{Input, State};
-use nalgebra::{Complex, DMatrix, SMatrix, SVector, Schur};
+use crate::quantity::Quantity;
+use crate::state::{Input, Output, Path, State};
+use nalgebra::{Complex, DMatrix, DVector, SMatrix, Schur};
 use num_dual::{Dual2SVec64, DualSVec64};
 
-/// ∂ẋ/∂x, rows and columns in the order of [`State`].
-pub type StateMatrix = SMatrix<f64, 5, 5>;
-/// ∂ẋ/∂u, columns in the order of [`Input`].
-pub type InputMatrix = SMatrix<f64, 5, 4>;
+/// A linear system about a motion, `ẋ = A x + B u`, `y = C x + D u`, all changes from there. Its
+/// states are the rows of [`State`] that the formulation moves, the first n of the table.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Linear {
+    /// ∂ẋ/∂x, n × n.
+    pub a: DMatrix<f64>,
+    /// ∂ẋ/∂u, n × 4, columns in the order of [`Input`].
+    pub b: DMatrix<f64>,
+    /// ∂y/∂x, rows in the order of [`Output`].
+    pub c: DMatrix<f64>,
+    /// ∂y/∂u.
+    pub d: DMatrix<f64>,
+}
+
+impl Linear {
+    /// The rows of its states.
+    pub fn states(&self) -> &'static [Quantity] {
+        &State::TABLE[..self.a.nrows()]
+    }
+}
+
+const YAW_RATE: usize = State::index("yaw_rate").expect("a state");
+/// Directions of the dual numbers: the states, then the inputs.
+const DIRECTIONS: usize = State::LEN + Input::LEN;
 
 /// A dual number with derivative 1 in direction `index`.
 fn seed<const N: usize>(value: f64, index: usize) -> DualSVec64<N> {
@@ -26,121 +47,144 @@ pub(crate) fn partial<const N: usize>(value: &DualSVec64<N>, index: usize) -> f6
         .unwrap_generic(nalgebra::Const::<N>, nalgebra::Const::<1>)[index]
 }
 
-/// A and B at state `x` and input `u`; the jumps contribute their smoothed slopes.
-pub fn linearize(b: &Bicycle, x: &State, u: &Input) -> (StateMatrix, InputMatrix) {
-    let lifted = Bicycle::new(&b.p.map(DualSVec64::<9>::from), b.formulation);
-    let mut k = 0;
-    let mut next = |value: f64| {
-        k += 1;
-        seed::<9>(value, k - 1)
-    };
-    let x = x.map(&mut next);
-    let u = u.map(&mut next);
-    let rows = derivative(&lifted, &x, &u).to_array();
+/// State and inputs as dual numbers, each row with its own direction.
+fn lifted<const N: usize>(x: &State, u: &Input) -> (State<DualSVec64<N>>, Input<DualSVec64<N>>) {
+    let mut direction = 0..;
+    let mut next = |value: f64| seed::<N>(value, direction.next().expect("endless"));
+    (x.map(&mut next), u.map(&mut next))
+}
+
+/// ∂ẋ/∂x and ∂ẋ/∂u of the states that move, at state `x` and input `u`; the jumps contribute their
+/// smoothed slopes.
+pub fn state_equations(b: &Bicycle, x: &State, u: &Input) -> (DMatrix<f64>, DMatrix<f64>) {
+    let n = b.order();
+    let dual = Bicycle::new(&b.p.map(DualSVec64::<DIRECTIONS>::from), b.formulation);
+    let (x, u) = lifted::<DIRECTIONS>(x, u);
+    let rows = derivative(&dual, &x, &u).to_array();
     (
-        StateMatrix::from_fn(|i, j| partial(&rows[i], j)),
-        InputMatrix::from_fn(|i, j| partial(&rows[i], 5 + j)),
+        DMatrix::from_fn(n, n, |i, j| partial(&rows[i], j)),
+        DMatrix::from_fn(n, Input::LEN, |i, j| partial(&rows[i], State::LEN + j)),
     )
+}
+
+/// The linear system at state `x` and input `u`, heading straight on; the jumps contribute their
+/// smoothed slopes.
+pub fn linearize(b: &Bicycle, x: &State, u: &Input) -> Linear {
+    let n = b.order();
+    let dual = Bicycle::new(&b.p.map(DualSVec64::<DIRECTIONS>::from), b.formulation);
+    let (state, input) = lifted::<DIRECTIONS>(x, u);
+    let seen = output(&dual, &state, &Path::default(), &input).to_array();
+    let (a, b) = state_equations(b, x, u);
+    Linear {
+        a,
+        b,
+        c: DMatrix::from_fn(Output::LEN, n, |i, j| partial(&seen[i], j)),
+        d: DMatrix::from_fn(Output::LEN, Input::LEN, |i, j| {
+            partial(&seen[i], State::LEN + j)
+        }),
+    }
 }
 
 /// The linear system at rest upright with the three nonlinear terms held apart:
 /// `ẋ = A x + B u + E n`, and the products of `sign θ` with the state in `sign θ · ½ xᵀ H_i x`.
+/// States as in [`Linear`].
 #[derive(Debug, Clone)]
 pub struct Apart {
     /// ∂ẋ/∂x with the nonlinear terms at zero.
-    pub state: StateMatrix,
+    pub state: DMatrix<f64>,
     /// ∂ẋ/∂u.
-    pub input: InputMatrix,
+    pub input: DMatrix<f64>,
     /// ∂ẋ/∂(sign θ̇).
-    pub steer_rate_sign: SVector<f64, 5>,
+    pub steer_rate_sign: DVector<f64>,
     /// ∂ẋ/∂(path angle) [per rad].
-    pub path_angle: SVector<f64, 5>,
+    pub path_angle: DVector<f64>,
     /// Hessian over x of `∂ẋ_i/∂(sign θ)`, one matrix for each state derivative i, the path angle
-    /// following the yaw rate with its slope at rest, L/V.
-    pub steer_sign: [StateMatrix; 5],
+    /// following the yaw rate with its slope at rest, L/V; none where sign θ plays no part.
+    pub steer_sign: Vec<DMatrix<f64>>,
+    /// What is seen of the rows of [`State`], moved or not: `State::LEN` × n.
+    pub seen: DMatrix<f64>,
 }
 
 /// [`Apart`] for a bicycle at `speed` [m/s].
 pub fn apart(p: &Parameters, formulation: Formulation, speed: f64) -> Apart {
-    // directions: five states, four inputs, two of the nonlinear terms
-    let lifted = Bicycle::new(&p.map(DualSVec64::<11>::from), formulation);
-    let mut k = 0;
-    let mut next = |value: f64| {
-        k += 1;
-        seed::<11>(value, k - 1)
-    };
-    let x = State {
-        roll_rate: 0.0,
-        steer_rate: 0.0,
-        roll: 0.0,
-        steer: 0.0,
-        yaw_rate: 0.0,
-    }
-    .map(&mut next);
-    let u = Input {
+    const ALL: usize = DIRECTIONS + 2;
+    let dual = Bicycle::new(&p.map(DualSVec64::<ALL>::from), formulation);
+    let upright = Input {
         speed,
-        ..Input::default()
-    }
-    .map(&mut next);
-    let n = Nonlinear {
-        steer_sign: DualSVec64::from(0.0),
-        steer_rate_sign: next(0.0),
-        path_angle: next(0.0),
+        ..Input::ZERO
     };
-    let rows = derivative_with(&lifted, &x, &u, &n).to_array();
+    let (x, u) = lifted::<ALL>(&State::ZERO, &upright);
+    let terms = Nonlinear {
+        steer_sign: DualSVec64::from(0.0),
+        steer_rate_sign: seed::<ALL>(0.0, DIRECTIONS),
+        path_angle: seed::<ALL>(0.0, DIRECTIONS + 1),
+    };
+    let rows = derivative_with(&dual, &x, &u, &terms).to_array();
+    let n = dual.order();
+    let mut seen = x;
+    seen.yaw_rate = dual.yaw_rate(&x, u.speed);
+    let seen = seen.to_array();
     Apart {
-        state: StateMatrix::from_fn(|i, j| partial(&rows[i], j)),
-        input: InputMatrix::from_fn(|i, j| partial(&rows[i], 5 + j)),
-        steer_rate_sign: SVector::from_fn(|i, _| partial(&rows[i], 9)),
-        path_angle: SVector::from_fn(|i, _| partial(&rows[i], 10)),
-        steer_sign: steer_sign_products(p, formulation, speed),
+        state: DMatrix::from_fn(n, n, |i, j| partial(&rows[i], j)),
+        input: DMatrix::from_fn(n, Input::LEN, |i, j| partial(&rows[i], State::LEN + j)),
+        steer_rate_sign: DVector::from_fn(n, |i, _| partial(&rows[i], DIRECTIONS)),
+        path_angle: DVector::from_fn(n, |i, _| partial(&rows[i], DIRECTIONS + 1)),
+        steer_sign: if formulation.has_four_bodies() {
+            Vec::new()
+        } else {
+            steer_sign_products(p, formulation, speed)
+        },
+        seen: DMatrix::from_fn(State::LEN, n, |i, j| partial(&seen[i], j)),
     }
 }
 
 /// Second derivatives over the state of what multiplies sign θ: each `ẋ_i` is affine in sign θ, so
 /// that factor is the difference between sign θ = 1 and 0. The path angle enters it with its slope
 /// at rest.
-fn steer_sign_products(p: &Parameters, formulation: Formulation, speed: f64) -> [StateMatrix; 5] {
-    type Second = Dual2SVec64<5>;
-    let lifted = Bicycle::new(&p.map(Second::from), formulation);
+fn steer_sign_products(p: &Parameters, formulation: Formulation, speed: f64) -> Vec<DMatrix<f64>> {
+    const N: usize = State::LEN;
+    type Second = Dual2SVec64<N>;
+    let dual = Bicycle::new(&p.map(Second::from), formulation);
     let x = State::from_array(std::array::from_fn(|i| {
         let mut value = Second::from(0.0);
         value.v1 =
-            num_dual::Derivative::derivative_generic(nalgebra::Const::<1>, nalgebra::Const::<5>, i);
+            num_dual::Derivative::derivative_generic(nalgebra::Const::<1>, nalgebra::Const::<N>, i);
         value
     }));
     let u = Input {
         speed,
-        ..Input::default()
+        ..Input::ZERO
     }
     .map(Second::from);
     let rows = |sign: f64| {
-        let n = Nonlinear {
+        let terms = Nonlinear {
             steer_sign: Second::from(sign),
             steer_rate_sign: Second::from(0.0),
             path_angle: x.yaw_rate * Second::from(p.wheelbase / speed),
         };
-        derivative_with(&lifted, &x, &u, &n).to_array()
+        derivative_with(&dual, &x, &u, &terms).to_array()
     };
     let (with, without) = (rows(1.0), rows(0.0));
-    std::array::from_fn(|i| {
-        (with[i] - without[i])
+    let n = dual.order();
+    let hessian = |i: usize| {
+        let second = (with[i] - without[i])
             .v2
-            .unwrap_generic(nalgebra::Const::<5>, nalgebra::Const::<5>)
-    })
+            .unwrap_generic(nalgebra::Const::<N>, nalgebra::Const::<N>);
+        DMatrix::from_fn(n, n, |j, k| second[(j, k)])
+    };
+    (0..n).map(hessian).collect()
 }
 
-/// Eigenvalues [1/s] of a state matrix, largest real part first; NaN where it is not finite.
-pub fn eigenvalues(a: &StateMatrix) -> Vec<Complex<f64>> {
-    let unknown = vec![Complex::new(f64::NAN, f64::NAN); 5];
+/// Eigenvalues [1/s] of a square matrix, largest real part first; NaN where it is not finite.
+pub fn eigenvalues(a: &DMatrix<f64>) -> Vec<Complex<f64>> {
+    let unknown = vec![Complex::new(f64::NAN, f64::NAN); a.nrows()];
     if a.iter().any(|v| !v.is_finite()) {
         return unknown;
     }
     // The QR iteration mostly takes some ten rounds. One matrix in a million sends it round in
     // circles; its transpose, with the same eigenvalues, takes another way.
-    let dynamic = DMatrix::from_column_slice(5, 5, a.as_slice());
-    let schur = Schur::try_new(dynamic.clone(), f64::EPSILON, 1000)
-        .or_else(|| Schur::try_new(dynamic.transpose(), f64::EPSILON, 1000));
+    let schur = Schur::try_new(a.clone(), f64::EPSILON, 1000)
+        .or_else(|| Schur::try_new(a.transpose(), f64::EPSILON, 1000));
     let Some(schur) = schur else {
         return unknown;
     };
@@ -150,9 +194,19 @@ pub fn eigenvalues(a: &StateMatrix) -> Vec<Complex<f64>> {
 }
 
 /// A bound on the modulus [1/s] of every eigenvalue, a few per cent above the largest:
-/// ρ(A) ≤ ‖Aᵏ‖^(1/k) whatever k (Gelfand), here 2⁸; infinite where A is not finite.
-pub fn spectral_bound(a: &StateMatrix) -> f64 {
-    let (mut power, mut exponent, mut log_bound) = (*a, 1.0, 0.0);
+/// ρ(A) ≤ ‖Aᵏ‖^(1/k) whatever k (Gelfand), here 2⁸; infinite where A is not finite. A has at most
+/// as many rows as [`State`].
+pub fn spectral_bound(a: &DMatrix<f64>) -> f64 {
+    // what is not there stays zero, and small fixed matrices need no memory of their own
+    match a.nrows() {
+        ..=5 => bound(SMatrix::<f64, 5, 5>::zeros(), a),
+        _ => bound(SMatrix::<f64, { State::LEN }, { State::LEN }>::zeros(), a),
+    }
+}
+
+fn bound<const N: usize>(mut power: SMatrix<f64, N, N>, a: &DMatrix<f64>) -> f64 {
+    power.view_mut((0, 0), a.shape()).copy_from(a);
+    let (mut exponent, mut log_bound) = (1.0, 0.0);
     for _ in 0..=8 {
         let size = power.norm();
         if !size.is_finite() {
@@ -175,7 +229,8 @@ pub fn fastest_growth(p: &Parameters, formulation: Formulation, speed: f64) -> C
     let parts = apart(p, formulation, speed);
     let slope = p.wheelbase / speed;
     let mut a = parts.state;
-    let mut yaw = a.column_mut(4);
-    yaw += parts.path_angle * slope;
+    if let Some(mut yaw) = a.column_iter_mut().nth(YAW_RATE) {
+        yaw.axpy(slope, &parts.path_angle, 1.0);
+    }
     eigenvalues(&a)[0]
 }

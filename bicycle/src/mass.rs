@@ -5,23 +5,41 @@
 
 use crate::parameters::Parameters;
 use crate::real::Real;
+use crate::whipple::FourBodies;
 
 /// A rigid body: mass [kg], centre of mass [m] forward of the rear contact and above the ground,
 /// inertias [kg m²] about its own centre of mass, x forward, z up.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Body {
+pub struct Body<T = f64> {
     /// Mass [kg].
-    pub mass: f64,
+    pub mass: T,
     /// Centre of mass, forward of the rear contact [m].
-    pub x: f64,
+    pub x: T,
     /// Centre of mass above the ground [m].
-    pub h: f64,
+    pub h: T,
     /// Own roll inertia [kg m²].
-    pub roll_inertia: f64,
+    pub roll_inertia: T,
     /// Own yaw inertia [kg m²].
-    pub yaw_inertia: f64,
+    pub yaw_inertia: T,
     /// Own product of inertia, sign as in `Σ(I_xz + m x h)` [kg m²].
-    pub cross_inertia: f64,
+    pub cross_inertia: T,
+}
+
+impl Body {
+    /// Whether matter can have this mass and these inertias in the plane of symmetry: positive
+    /// mass, positive definite inertia.
+    pub fn is_possible(&self) -> bool {
+        let Self {
+            mass,
+            roll_inertia,
+            yaw_inertia,
+            cross_inertia,
+            ..
+        } = *self;
+        mass > 0.0
+            && roll_inertia > 0.0
+            && roll_inertia * yaw_inertia > cross_inertia * cross_inertia
+    }
 }
 
 /// A set of bodies seen as one: the first six rows of the parameter table.
@@ -109,6 +127,19 @@ pub fn loaded<T: Real>(p: &Parameters<T>) -> Lumps<T> {
 }
 
 impl Lumps {
+    /// What is left of these bodies without `part`, as one body.
+    #[must_use]
+    pub fn without(&self, part: &Body) -> Body {
+        let removed = Body {
+            mass: -part.mass,
+            roll_inertia: -part.roll_inertia,
+            yaw_inertia: -part.yaw_inertia,
+            cross_inertia: -part.cross_inertia,
+            ..*part
+        };
+        compose(&[self.body(), removed]).body()
+    }
+
     /// The same set of bodies as one rigid body: inertias about its centre of mass.
     pub fn body(&self) -> Body {
         let Self {
@@ -193,26 +224,10 @@ impl Literature {
         ]
     }
 
-    /// `I_Aλλ` [kg m²]: the front assembly (front frame and wheel) about the steer axis,
-    /// Meijaard et al. 2007, (A 6)–(A 9).
-    pub fn steer_inertia(&self) -> f64 {
+    /// The front assembly: front frame and wheel as one body.
+    pub fn front_assembly(&self) -> Body {
         let [_, _, frame, wheel] = self.bodies();
-        let front = compose(&[frame, wheel]);
-        let Body {
-            mass,
-            x,
-            h,
-            roll_inertia,
-            yaw_inertia,
-            cross_inertia,
-        } = front.body();
-        let (sin, cos) = Real::sin_cos(self.lam);
-        // distance of the assembly's centre of mass from the steer axis, u_A
-        let u = (x - self.w - self.c) * cos + h * sin;
-        mass * u * u
-            + roll_inertia * sin * sin
-            + 2.0 * cross_inertia * sin * cos
-            + yaw_inertia * cos * cos
+        compose(&[frame, wheel]).body()
     }
 
     /// Writes the rows that the 25 parameters determine into `p`, with `riders` on board besides.
@@ -227,6 +242,7 @@ impl Literature {
         p.front_wheel_mass = self.mF;
         p.front_wheel_inertia = self.IFyy;
         p.rear_wheel_inertia = self.IRyy;
-        p.steer_inertia = self.steer_inertia();
+        p.set_front_assembly(self.front_assembly());
+        p.steer_inertia = FourBodies::new(p, &p.lumps()).steer_inertia;
     }
 }

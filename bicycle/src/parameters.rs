@@ -1,8 +1,10 @@
 //! The one parameter table. Names, units, nominal values, ranges and sources stand here and
 //! nowhere else.
 
-use crate::mass::{self, Lumps};
+use crate::mass::{self, Body, Lumps};
 use crate::quantity::rows;
+use crate::real::Real;
+use crate::state::State;
 
 /// The paper's bicycle with a rider of 75 kg and 1.78 m: the nominal lumps.
 const NOMINAL: Lumps = mass::compose(&[mass::PAPER_BICYCLE, mass::rider(75.0, 1.78)]);
@@ -27,10 +29,18 @@ rows! {
         trail: "L_3" M = 0.085, in [-0.1, 0.2], "Mechanical trail", "paper, Table 5, step +1";
         front_wheel_mass: "m_f" KG = 1.8, in [0.5, 10.0], measured [1.5, 3.5], "Mass of the front wheel", "Moore 2012, BicycleParameters data: 1.5–3.5 kg";
         steer_inertia: "I_h" KG_M2 = 0.14, in [0.001, 1.0], measured [0.07, 0.25], "Inertia of the steering assembly about the steer axis", "Moore 2012, measured bicycles .07–.25 (the paper's Table 4 prints .00181)";
+        front_assembly_mass: "m_A" KG = 5.24, in [0.5, 30.0], "Mass of fork, bar and front wheel (whipple formulations)", "Batavus Browser, BicycleParameters data";
+        front_assembly_x: "x_A" M = 0.859, in [0.0, 2.0], "Centre of mass of the front assembly, forward of the rear contact (whipple formulations)", "Batavus Browser: .156 m behind the front contact";
+        front_assembly_h: "h_A" M = 0.592, in [0.1, 1.5], "Centre of mass of the front assembly above the ground (whipple formulations)", "Batavus Browser, BicycleParameters data";
+        front_assembly_inertia_xx: "I_Axx" KG_M2 = 0.545, in [0.001, 10.0], "Roll inertia of the front assembly about its centre of mass (whipple formulations)", "Batavus Browser, BicycleParameters data";
+        front_assembly_inertia_xz: "I_Axz" KG_M2 = -0.200, in [-5.0, 5.0], "Product of inertia of the front assembly about its centre of mass, sign as in Σ(I_xz + m x h) (whipple formulations)", "Batavus Browser, BicycleParameters data";
+        front_assembly_inertia_zz: "I_Azz" KG_M2 = 0.264, in [0.001, 10.0], "Yaw inertia of the front assembly about its centre of mass (whipple formulations)", "Batavus Browser, BicycleParameters data";
         front_wheel_inertia: "I_f" KG_M2 = 0.11, in [0.01, 1.0], measured [0.08, 0.19], "Spin inertia of the front wheel", "Moore 2012, measured bicycles .08–.19";
         rear_wheel_inertia: "I_r" KG_M2 = 0.13, in [0.01, 1.0], measured [0.08, 0.20], "Spin inertia of the rear wheel", "Moore 2012, measured bicycles .08–.20";
         cornering_stiffness: "C_θ" PER_RAD = 14.0, in [2.0, 40.0], measured [8.0, 18.0], "Front cornering stiffness per normal load", "Dressel 2013: 11.46; Dell'Orto 2024: 9.5–16.8; VTI: 17.2";
         camber_stiffness: "C_φ" PER_RAD = 0.8, in [0.0, 3.0], measured [0.5, 1.1], "Front camber stiffness per normal load", "Dressel 2013: .573; Dell'Orto 2024: .60–.98";
+        rear_cornering_stiffness: "C_θR" PER_RAD = 14.0, in [2.0, 40.0], measured [8.0, 18.0], "Rear cornering stiffness per normal load (whipple_slip)", "as cornering_stiffness";
+        rear_camber_stiffness: "C_φR" PER_RAD = 0.8, in [0.0, 3.0], measured [0.5, 1.1], "Rear camber stiffness per normal load (whipple_slip)", "as camber_stiffness";
         viscous_friction: "c" N_M_S_PER_RAD = 0.30, in [0.0, 5.0], measured [0.2, 0.4], "Viscous friction of the steering", "Moore 2012: .34 ± .04; Delft steer-by-wire bicycle: .2–.3";
         coulomb_friction: "d" N_M = 0.15, in [0.0, 3.0], measured [0.1, 0.2], "Coulomb friction of the steering", "Moore 2012: .15 ± .05; Delft steer-by-wire firmware: .2";
         steer_smoothing: "ε_θ" RAD = 1e-3, in [0.0, 0.1], "Width over which sign θ is smoothed, 0 the jump", "identified: error on bounded rides 3e-4 rad in the median";
@@ -52,6 +62,7 @@ rows! {
         rider_steer_rate_gain_slope: "k_w'" N_S2_PER_RAD = 0.0, in [-1000.0, 1000.0], "Change of rider_steer_rate_gain with speed", "assumed: the paper's law does not depend on speed";
     }
     Fixed {
+        relaxation_length: "σ" M = 0.175, in [0.0, 1.0], measured [0.1, 0.3], "Distance over which a tyre builds its force up, 0 at once (whipple_slip)", "Dressel 2013; VTI: .1–.3";
         internal_step: "Δ" S = 1e-3, in [1e-5, 5e-3], "Step of the internal grid", "assumed: error of the smoothed model 1.4e-4 rad at worst on bounded rides";
         roll_rate_start: "φ̇_0" RAD_PER_S = 0.0, in [-10.0, 10.0], "Roll rate at the start", "paper, Table 2: 0";
         steer_rate_start: "θ̇_0" RAD_PER_S = 0.0, in [-50.0, 50.0], "Steer rate at the start", "paper, Table 2: 0";
@@ -72,7 +83,19 @@ rows! {
     }
 }
 
-impl<T: crate::real::Real> Parameters<T> {
+impl<T: Real> Parameters<T> {
+    /// The state of the `*_start` rows. Tyres start unloaded, the rear contact straight ahead.
+    pub fn start(&self) -> State<T> {
+        State {
+            roll_rate: self.roll_rate_start,
+            steer_rate: self.steer_rate_start,
+            roll: self.roll_start,
+            steer: self.steer_start,
+            yaw_rate: self.yaw_rate_start,
+            ..State::ZERO.map(T::from)
+        }
+    }
+
     /// The same bicycle with a rider who holds still: no steering law.
     #[must_use]
     pub fn riderless(&self) -> Self {
@@ -92,6 +115,28 @@ impl<T: crate::real::Real> Parameters<T> {
 }
 
 impl<T: Copy> Parameters<T> {
+    /// Fork, bar and front wheel.
+    pub fn front_assembly(&self) -> Body<T> {
+        Body {
+            mass: self.front_assembly_mass,
+            x: self.front_assembly_x,
+            h: self.front_assembly_h,
+            roll_inertia: self.front_assembly_inertia_xx,
+            yaw_inertia: self.front_assembly_inertia_zz,
+            cross_inertia: self.front_assembly_inertia_xz,
+        }
+    }
+
+    /// Replaces fork, bar and front wheel.
+    pub fn set_front_assembly(&mut self, body: Body<T>) {
+        self.front_assembly_mass = body.mass;
+        self.front_assembly_x = body.x;
+        self.front_assembly_h = body.h;
+        self.front_assembly_inertia_xx = body.roll_inertia;
+        self.front_assembly_inertia_zz = body.yaw_inertia;
+        self.front_assembly_inertia_xz = body.cross_inertia;
+    }
+
     /// The six lumps of bicycle and rider, without load.
     pub fn lumps(&self) -> Lumps<T> {
         Lumps {

@@ -42,6 +42,7 @@ units! {
     M_PER_S2          = "m/s2"            0  1 -2  0;
     KG_M2             = "kg.m2"           1  2  0  0;
     N                 = "N"               1  1 -2  0;
+    N_PER_S           = "N/s"             1  1 -3  0;
     N_M               = "N.m"             1  2 -2  0;
     N_M_PER_RAD       = "N.m/rad"         1  2 -2 -1;
     N_M_S_PER_RAD     = "N.m.s/rad"       1  2 -1 -1;

@@ -16,6 +16,8 @@ pub trait Real:
     + Mul<Output = Self>
     + Div<Output = Self>
 {
+    /// Whether the number itself is zero, whatever is carried along with it.
+    fn is_zero(&self) -> bool;
     /// Sine and cosine.
     fn sin_cos(self) -> (Self, Self);
     /// Arctangent.
@@ -38,6 +40,9 @@ pub trait Real:
 }
 
 impl Real for f64 {
+    fn is_zero(&self) -> bool {
+        *self == 0.0
+    }
     fn sin_cos(self) -> (Self, Self) {
         libm::sincos(self)
     }
@@ -52,6 +57,9 @@ impl Real for f64 {
 macro_rules! dual {
     ($Dual:ident) => {
         impl<const N: usize> Real for $Dual<N> {
+            fn is_zero(&self) -> bool {
+                self.re == 0.0
+            }
             fn sin_cos(self) -> (Self, Self) {
                 DualNum::sin_cos(&self)
             }

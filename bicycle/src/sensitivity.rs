@@ -58,7 +58,7 @@ pub fn output_along(b: &Bicycle, x: &State, path: &Path, u: &Input, d: &Directio
 pub fn output_rate(b: &Bicycle, x: &State, path: &Path, u: &Input, slope: &Input) -> Output {
     let onward = Direction {
         state: derivative(b, x, u),
-        path: path_derivative(x, path, u.speed),
+        path: path_derivative(b, x, path, u.speed),
         input: *slope,
         ..Direction::ZERO
     };

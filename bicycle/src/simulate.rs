@@ -93,16 +93,9 @@ impl Simulation {
     ) -> Result<Self, Refusal> {
         let bicycle = Bicycle::new(parameters, formulation);
         let stable = StableSpeeds::around(&bicycle, input.speed)?;
-        let state = State {
-            roll_rate: parameters.roll_rate_start,
-            steer_rate: parameters.steer_rate_start,
-            roll: parameters.roll_start,
-            steer: parameters.steer_start,
-            yaw_rate: parameters.yaw_rate_start,
-        };
         let start = Moment {
             time: start_time,
-            state,
+            state: parameters.start(),
             path: Path::default(),
         };
         Ok(Self {
@@ -234,7 +227,7 @@ impl Simulation {
             let u = ramp.at(from.time + fraction * h);
             (
                 dynamics::derivative(b, x, &u),
-                dynamics::path_derivative(x, path, u.speed),
+                dynamics::path_derivative(b, x, path, u.speed),
             )
         });
         Moment {

@@ -1,4 +1,5 @@
-//! The front contact: how it moves, how it slips, what it pushes with. Equations (1)–(6).
+//! The contacts: how they move, how they slip, what they push with. Equations (1)–(6), and what
+//! slipping tyres of the four-body bicycle have besides.
 
 use crate::dynamics::{Angles, Bicycle, Formulation};
 use crate::real::Real;
@@ -47,11 +48,54 @@ pub fn camber_angle<T: Real>(b: &Bicycle<T>, x: &State<T>) -> T {
     let tilt = x.steer * b.sin_caster;
     match b.formulation {
         Formulation::Printed | Formulation::Minimal => x.roll + tilt,
-        Formulation::Repaired => x.roll - tilt,
+        Formulation::Repaired | Formulation::Whipple | Formulation::WhippleSlip => x.roll - tilt,
     }
 }
 
 /// Front camber thrust `F_φ` [N], right positive, (6).   `F_φ = C_φ (φ + θ sin λ) F_z`
 pub fn camber_thrust<T: Real>(b: &Bicycle<T>, x: &State<T>) -> T {
     b.p.camber_stiffness * camber_angle(b, x) * b.front_load
+}
+
+/// Slip angle β [rad] of the front tyre of the four-body bicycle, left of its track: the wheel
+/// stands at θ cos λ to the frame, and its contact, a trail behind the steer axis, is swept
+/// sideways by θ̇.   `β = θ cos λ − (v_y + L ψ̇ − L_3 cos λ θ̇)/V`
+pub fn front_side_slip<T: Real>(b: &Bicycle<T>, x: &State<T>, speed: T) -> T {
+    let sweep = b.p.trail * b.cos_caster * x.steer_rate;
+    x.steer * b.cos_caster - (x.lateral_velocity + b.p.wheelbase * x.yaw_rate - sweep) / speed
+}
+
+/// Lateral forces [N] of the rear and the front tyre in steady slip, left positive.
+/// `F_R = F_zR (−C_θR v_y/V − C_φR φ)`, `F_F = F_θ − F_φ`
+pub fn steady_forces<T: Real>(b: &Bicycle<T>, x: &State<T>, speed: T) -> [T; 2] {
+    let (p, slip) = (&b.p, front_side_slip(b, x, speed));
+    let rear = -(p.rear_cornering_stiffness * (x.lateral_velocity / speed))
+        - p.rear_camber_stiffness * x.roll;
+    [
+        b.rear_wheel_load * rear,
+        lateral_force(b, slip) - camber_thrust(b, x),
+    ]
+}
+
+/// Lateral forces [N] of the rear and the front tyre, left positive: states where they relax.
+pub fn forces<T: Real>(b: &Bicycle<T>, x: &State<T>, speed: T) -> [T; 2] {
+    if b.relaxes {
+        [x.rear_lateral_force, x.front_lateral_force]
+    } else {
+        steady_forces(b, x, speed)
+    }
+}
+
+/// Rates [N/s] of the front and the rear tyre's force, 0 where they do not relax.
+/// `(σ/V) Ḟ + F = F_steady`
+pub fn force_rates<T: Real>(b: &Bicycle<T>, x: &State<T>, speed: T) -> [T; 2] {
+    if !b.relaxes {
+        return [T::from(0.0); 2];
+    }
+    let [rear, front] = steady_forces(b, x, speed);
+    let rate = speed / b.p.relaxation_length;
+    [
+        rate * (front - x.front_lateral_force),
+        rate * (rear - x.rear_lateral_force),
+    ]
 }

@@ -15,7 +15,7 @@ const _: () = assert!(Row::COUNT <= Rows::BITS as usize);
 struct Traced {
     value: f64,
     from: Rows,
-    /// Zero whatever the rows: the heading at the start turns no speed sideways.
+    /// Zero wherever we are: the heading at the start turns no speed sideways.
     naught: bool,
 }
 
@@ -29,8 +29,9 @@ impl Traced {
     /// The value of a row.
     fn of(row: Row, value: f64) -> Self {
         Self {
+            value,
             from: 1 << row.reference(),
-            ..Self::from(value)
+            naught: false,
         }
     }
 
@@ -45,8 +46,9 @@ impl Traced {
     /// What two numbers make together.
     fn join(self, other: Self, value: f64) -> Self {
         Self {
+            value,
             from: self.from | other.from,
-            ..Self::from(value)
+            naught: false,
         }
     }
 }
@@ -56,7 +58,7 @@ impl From<f64> for Traced {
         Self {
             value,
             from: 0,
-            naught: false,
+            naught: value == 0.0,
         }
     }
 }
@@ -86,7 +88,6 @@ macro_rules! binary {
 binary! {
     Add add;
     Sub sub;
-    Div div;
 }
 
 impl Mul for Traced {
@@ -100,7 +101,21 @@ impl Mul for Traced {
     }
 }
 
+impl Div for Traced {
+    type Output = Self;
+    fn div(self, other: Self) -> Self {
+        if self.naught {
+            Self::NAUGHT
+        } else {
+            self.join(other, self.value / other.value)
+        }
+    }
+}
+
 impl Real for Traced {
+    fn is_zero(&self) -> bool {
+        self.value == 0.0
+    }
     fn sin_cos(self) -> (Self, Self) {
         let (sin, cos) = Real::sin_cos(self.value);
         let cos = Self {
@@ -129,15 +144,19 @@ impl Real for Traced {
 pub(crate) fn at_communication_points() -> Vec<Vec<u32>> {
     let mut parameters = Parameters::default();
     start_aslant(&mut parameters);
-    let state = Traced::each(State::TABLE, &state(&parameters).to_array());
+    let state = Traced::each(State::TABLE, &parameters.start().to_array());
     let path = Traced::each(Path::TABLE, &[0.0; Path::LEN]);
-    let parameters = parameters.map(Traced::from);
+    // a parameter that is 0 here need not be elsewhere
+    let parameters = parameters.map(|value| Traced {
+        naught: false,
+        ..Traced::from(value)
+    });
     collect(
         &parameters,
         &State::from_array(state),
         &Path::from_array(path),
     )
-    .map(|rows| indices(rows & !(1 << Row::Formulation.reference())))
+    .map(|rows| indices(rows & !(FORMULATION | RELAXATION)))
     .collect()
 }
 
@@ -151,7 +170,7 @@ pub(crate) fn at_the_start() -> Vec<Vec<u32>> {
         Traced::of(row, value)
     });
     let path = Path::from_array([Traced::NAUGHT; Path::LEN]);
-    collect(&parameters, &state(&parameters), &path)
+    collect(&parameters, &parameters.start(), &path)
         .map(indices)
         .collect()
 }
@@ -165,18 +184,15 @@ fn start_aslant(parameters: &mut Parameters) {
     parameters.yaw_rate_start = 0.5;
 }
 
-/// The state at the start.
-fn state<T: Copy>(p: &Parameters<T>) -> State<T> {
-    State {
-        roll_rate: p.roll_rate_start,
-        steer_rate: p.steer_rate_start,
-        roll: p.roll_start,
-        steer: p.steer_start,
-        yaw_rate: p.yaw_rate_start,
-    }
-}
+/// Rows that are not computed with but decide how it is done.
+const FORMULATION: Rows = 1 << Row::Formulation.reference();
+const RELAXATION: Rows = {
+    let row = Parameters::index("relaxation_length").expect("a row");
+    1 << Row::Parameter(row).reference()
+};
 
-/// What each output is made of in any formulation, and whether the formulation matters.
+/// What each output is made of in any formulation, with and without relaxing tyres, and whether
+/// these choices matter.
 fn collect(
     parameters: &Parameters<Traced>,
     state: &State<Traced>,
@@ -187,18 +203,29 @@ fn collect(
         let row = row.next().expect("an endless sequence");
         Traced::of(row, value)
     });
-    let outputs = Formulation::ALL.map(|formulation| {
+    let seen = |parameters: &Parameters<Traced>, formulation| {
         let bicycle = Bicycle::new(parameters, formulation);
         output(&bicycle, state, path, &input).to_array()
-    });
+    };
+    let outputs = Formulation::ALL.map(|formulation| seen(parameters, formulation));
+    let stiff = Parameters {
+        relaxation_length: Traced::from(0.0),
+        ..*parameters
+    };
+    let relaxed = seen(parameters, Formulation::WhippleSlip);
+    let unrelaxed = seen(&stiff, Formulation::WhippleSlip);
     (0..Output::LEN).map(move |row| {
         let of = outputs.map(|output| output[row]);
-        let rows = of.iter().fold(0, |rows, traced| rows | traced.from);
+        let mut rows = of
+            .iter()
+            .fold(unrelaxed[row].from, |rows, traced| rows | traced.from);
         if of.iter().any(|traced| traced.value != of[0].value) {
-            rows | 1 << Row::Formulation.reference()
-        } else {
-            rows
+            rows |= FORMULATION;
         }
+        if relaxed[row].value != unrelaxed[row].value {
+            rows |= RELAXATION;
+        }
+        rows
     })
 }
 

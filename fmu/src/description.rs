@@ -243,6 +243,9 @@ const DERIVATIVES: [(&str, &str); State::LEN + Path::LEN] = [
     ("steer_acceleration", "steer_rate"),
     ("roll_acceleration", "roll_rate"),
     ("yaw_acceleration", "yaw_rate"),
+    ("lateral_velocity_rate", "lateral_velocity"),
+    ("front_lateral_force_rate", "front_lateral_force"),
+    ("rear_lateral_force_rate", "rear_lateral_force"),
     ("x_rate", "x"),
     ("y_rate", "y"),
 ];
@@ -308,6 +311,6 @@ mod tests {
             assert_eq!(formulation_of(value), Some(formulation));
         }
         assert_eq!(formulation_of(0), None);
-        assert_eq!(formulation_of(4), None);
+        assert_eq!(formulation_of(6), None);
     }
 }

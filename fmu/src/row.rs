@@ -47,7 +47,7 @@ impl Row {
     }
 
     /// Its value reference.
-    pub(crate) fn reference(self) -> u32 {
+    pub(crate) const fn reference(self) -> u32 {
         let row = match self {
             Self::Parameter(row) => row,
             Self::Formulation => FORMULATION,

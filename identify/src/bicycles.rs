@@ -98,7 +98,7 @@ impl Bicycle {
                 .set(typed)
                 .map_err(|e| e.typed(format!("--set {typed}")))?;
         }
-        bicycle.note_impossible_inertia();
+        bicycle.check_body()?;
         Ok(bicycle)
     }
 
@@ -198,20 +198,16 @@ impl Bicycle {
         Ok(())
     }
 
-    /// Says so where the inertias about the rear contact are less than those of a point mass at
-    /// the centre of mass: single rows may be set to that, no body has it.
-    fn note_impossible_inertia(&mut self) {
-        let own = self.parameters.lumps().body();
-        for (row, inertia) in [
-            ("roll_inertia", own.roll_inertia),
-            ("yaw_inertia", own.yaw_inertia),
-        ] {
-            if inertia <= 0.0 {
-                self.notes.push(format!(
-                    "{row} leaves {inertia:.3} kg.m2 about the centre of mass: no body has that",
-                ));
-            }
+    /// Refuses a bicycle that no matter makes: single rows may be set to that.
+    fn check_body(&self) -> Result<()> {
+        let found = self.parameters.lumps().body();
+        if found.is_possible() {
+            return Ok(());
         }
+        Err(Error::Body {
+            body: "bicycle and rider".into(),
+            found,
+        })
     }
 }
 

@@ -7,15 +7,15 @@
 
 use crate::error::{Error, Result};
 use crate::spectrum::Kernel;
-use bicycle::linear::{self, Apart, StateMatrix};
-use bicycle::{Formulation, Input, Parameters};
-use nalgebra::{Complex, DMatrix, Matrix5, SMatrix, SVector, Vector5};
+use bicycle::linear::{self, Apart};
+use bicycle::{Formulation, Input, Parameters, State};
+use nalgebra::{Complex, DMatrix, DVector};
 use std::f64::consts::{FRAC_2_PI, TAU};
 
-/// Indices into the state vector.
-const STEER_RATE: usize = 1;
-const STEER: usize = 3;
-const YAW_RATE: usize = 4;
+/// Rows of the state.
+const STEER_RATE: usize = State::index("steer_rate").expect("a state");
+const STEER: usize = State::index("steer").expect("a state");
+const YAW_RATE: usize = State::index("yaw_rate").expect("a state");
 
 /// Above this steering [rad rms] the linearisation has not been checked.
 pub const STEER_CHECKED: f64 = 5.0 * std::f64::consts::PI / 180.0;
@@ -45,10 +45,12 @@ pub struct Drive {
 /// Bicycle and rider, linearised about the motion the remnant makes.
 #[derive(Debug, Clone)]
 pub struct ClosedLoop {
-    state: StateMatrix,
-    torque: Vector5<f64>,
-    /// Covariance of the state, lines included.
-    pub covariance: Matrix5<f64>,
+    state: DMatrix<f64>,
+    torque: DVector<f64>,
+    /// What is seen of the rows of the state.
+    seen: DMatrix<f64>,
+    /// Covariance of the states that move, lines included.
+    covariance: DMatrix<f64>,
     drive: Drive,
 }
 
@@ -77,55 +79,62 @@ fn arctangent_gain(s: f64) -> f64 {
 }
 
 /// The loop with the mean gains of a covariance `p`.
-fn with_gains(parts: &Apart, b: &Parameters, speed: f64, p: &Matrix5<f64>) -> StateMatrix {
-    let mut a = parts.state;
+fn with_gains(parts: &Apart, b: &Parameters, speed: f64, p: &DMatrix<f64>) -> DMatrix<f64> {
+    let mut a = parts.state.clone();
     let friction = sign_gain(spread(p[(STEER_RATE, STEER_RATE)], b.steer_rate_smoothing));
     let mut column = a.column_mut(STEER_RATE);
-    column += parts.steer_rate_sign * friction;
+    column.axpy(friction, &parts.steer_rate_sign, 1.0);
 
+    // what follows is of the paper's formulations; the four-body bicycle is linear
+    if parts.steer_sign.is_empty() {
+        return a;
+    }
     let slope = b.wheelbase / speed;
     let path = arctangent_gain(slope * p[(YAW_RATE, YAW_RATE)].sqrt());
     let mut column = a.column_mut(YAW_RATE);
-    column += parts.path_angle * (slope * path);
+    column.axpy(slope * path, &parts.path_angle, 1.0);
 
     // f_i = sign θ · ½ xᵀ H x:  E[∂f_i/∂x] = E[sign θ H x] + E[2 δ(θ) ½ xᵀ H x] e_θ
     let sigma = spread(p[(STEER, STEER)], b.steer_smoothing);
     let with_steer = p.column(STEER).clone_owned();
-    let given_steer = p - with_steer * with_steer.transpose() / (sigma * sigma);
+    let given_steer = p - &with_steer * with_steer.transpose() / (sigma * sigma);
     for (i, h) in parts.steer_sign.iter().enumerate() {
         let mut row = a.row_mut(i);
-        row += (h * with_steer).transpose() * sign_gain(sigma);
-        row[STEER] += (h * given_steer).trace() / (TAU.sqrt() * sigma);
+        row += (h * &with_steer).transpose() * sign_gain(sigma);
+        row[STEER] += (h * &given_steer).trace() / (TAU.sqrt() * sigma);
     }
     a
 }
 
 /// P of `ẋ = A x + B n`, n first-order noise of corner `rate` [1/s] and variance 1: the upper left
-/// of the solution of A₆ P + P A₆ᵀ + Q = 0, in its 21 different entries.
-fn stationary(a: &StateMatrix, b: &Vector5<f64>, rate: f64) -> Option<Matrix5<f64>> {
-    let mut a6 = SMatrix::<f64, 6, 6>::zeros();
-    a6.fixed_view_mut::<5, 5>(0, 0).copy_from(a);
-    a6.fixed_view_mut::<5, 1>(0, 5).copy_from(b);
-    a6[(5, 5)] = -rate;
+/// of the solution of A₊ P + P A₊ᵀ + Q = 0 with the noise as one state more, in its different
+/// entries.
+fn stationary(a: &DMatrix<f64>, b: &DVector<f64>, rate: f64) -> Option<DMatrix<f64>> {
+    let n = a.nrows() + 1;
+    let mut a_plus = DMatrix::zeros(n, n);
+    a_plus.view_mut((0, 0), a.shape()).copy_from(a);
+    a_plus.view_mut((0, n - 1), b.shape()).copy_from(b);
+    a_plus[(n - 1, n - 1)] = -rate;
     let index = |i: usize, j: usize| {
         let (i, j) = (i.min(j), i.max(j));
-        i * 6 - i * (i + 1) / 2 + j
+        i * n - i * (i + 1) / 2 + j
     };
-    let mut system = SMatrix::<f64, 21, 21>::zeros();
-    let mut right = SVector::<f64, 21>::zeros();
-    for i in 0..6 {
-        for j in i..6 {
+    let entries = n * (n + 1) / 2;
+    let mut system = DMatrix::zeros(entries, entries);
+    let mut right = DVector::zeros(entries);
+    for i in 0..n {
+        for j in i..n {
             let row = index(i, j);
-            for k in 0..6 {
-                system[(row, index(k, j))] += a6[(i, k)];
-                system[(row, index(k, i))] += a6[(j, k)];
+            for k in 0..n {
+                system[(row, index(k, j))] += a_plus[(i, k)];
+                system[(row, index(k, i))] += a_plus[(j, k)];
             }
         }
     }
-    right[index(5, 5)] = -2.0 * rate;
+    right[entries - 1] = -2.0 * rate;
     let p = system.lu().solve(&right)?;
-    let p = Matrix5::from_fn(|i, j| p[index(i, j)]);
-    (p.iter().all(|v| v.is_finite()) && p.cholesky().is_some()).then_some(p)
+    let p = DMatrix::from_fn(n - 1, n - 1, |i, j| p[index(i, j)]);
+    (p.iter().all(|v| v.is_finite()) && p.clone().cholesky().is_some()).then_some(p)
 }
 
 impl ClosedLoop {
@@ -147,7 +156,8 @@ impl ClosedLoop {
             .column(Input::index("steer_torque").expect("a row"))
             .into_owned();
         // begin with friction at a steer rate of .3 rad/s rms and everything else linear
-        let mut covariance = Matrix5::zeros();
+        let n = parts.state.nrows();
+        let mut covariance = DMatrix::zeros(n, n);
         covariance[(STEER_RATE, STEER_RATE)] = 0.09;
         // and some steering: without, an unsmoothed sign θ would have no gain at all
         covariance[(STEER, STEER)] = 1e-6;
@@ -167,10 +177,11 @@ impl ClosedLoop {
                 * drive.remnant_intensity.powi(2);
             for line in &drive.lines {
                 let x = response(&state, &torque, line.frequency).ok_or_else(unstable)?;
-                let x = x * Complex::from(line.steer_amplitude / x[STEER].norm());
-                next += Matrix5::from_fn(|i, j| 0.5 * (x[i] * x[j].conj()).re);
+                let size = line.steer_amplitude / x[STEER].norm();
+                let x = x * Complex::from(size);
+                next += DMatrix::from_fn(n, n, |i, j| 0.5 * (x[i] * x[j].conj()).re);
             }
-            let change = (next - covariance).norm() / next.norm();
+            let change = (&next - &covariance).norm() / next.norm();
             covariance = next;
             pass += 1;
             // Six passes give the spectrum to a per mille; the derivatives by differences, and
@@ -184,6 +195,7 @@ impl ClosedLoop {
                 return Ok(Self {
                     state,
                     torque,
+                    seen: parts.seen,
                     covariance,
                     drive: drive.clone(),
                 });
@@ -191,9 +203,10 @@ impl ClosedLoop {
         }
     }
 
-    /// Standard deviation of a state, lines included [SI].
-    pub fn deviation(&self, index: usize) -> f64 {
-        self.covariance[(index, index)].sqrt()
+    /// Standard deviation of what is seen of a row of the state, lines included [SI].
+    pub fn deviation(&self, row: usize) -> f64 {
+        let seen = self.seen.row(row);
+        (seen * &self.covariance * seen.transpose())[0].sqrt()
     }
 
     /// σ_θ̇ [rad/s], the steer rate's standard deviation.
@@ -212,7 +225,7 @@ impl ClosedLoop {
         self.drive.remnant_intensity.powi(2) * 2.0 * rate / (rate * rate + omega * omega)
     }
 
-    /// Expected cross-powers of the states `channels` in each bin of `kernel`, white noise of
+    /// Expected cross-powers of the rows `channels` of the state in each bin of `kernel`, white noise of
     /// standard deviation `noise` [SI] and step `step` [s] added: one Hermitian matrix a bin.
     pub fn expected(
         &self,
@@ -222,18 +235,22 @@ impl ClosedLoop {
         step: f64,
     ) -> Vec<DMatrix<Complex<f64>>> {
         let n = channels.len();
+        let seen = self.seen.select_rows(channels).map(Complex::from);
         let responses: Vec<_> = kernel
             .frequencies
             .iter()
             .map(|&f| {
-                let x = response(&self.state, &self.torque, f).unwrap_or_else(Vector5::zeros);
-                x * Complex::from(self.remnant_density(f).sqrt())
+                let size = Complex::from(self.remnant_density(f).sqrt());
+                match response(&self.state, &self.torque, f) {
+                    Some(x) => &seen * x * size,
+                    None => DVector::zeros(n),
+                }
             })
             .collect();
         let mut density = vec![0.0; kernel.frequencies.len()];
         let mut expect = |i: usize, j: usize, part: fn(Complex<f64>) -> f64| {
             for (d, x) in density.iter_mut().zip(&responses) {
-                *d = part(x[channels[i]] * x[channels[j]].conj());
+                *d = part(x[i] * x[j].conj());
             }
             if i == j || part(Complex::i()) == 0.0 {
                 kernel.expect_real(&density)
@@ -267,9 +284,9 @@ impl ClosedLoop {
 }
 
 /// (2πif − A)⁻¹ B.
-fn response(a: &StateMatrix, b: &Vector5<f64>, f: f64) -> Option<Vector5<Complex<f64>>> {
+fn response(a: &DMatrix<f64>, b: &DVector<f64>, f: f64) -> Option<DVector<Complex<f64>>> {
     let mut m = a.map(|v| Complex::new(-v, 0.0));
-    for i in 0..5 {
+    for i in 0..m.nrows() {
         m[(i, i)] += Complex::new(0.0, TAU * f);
     }
     m.lu().solve(&b.map(Complex::from))
@@ -292,12 +309,15 @@ mod tests {
     fn the_stationary_covariance_solves_lyapunov() {
         let bicycle = Parameters::default();
         let parts = linear::apart(&bicycle, Formulation::Repaired, 2.2);
-        let a = with_gains(&parts, &bicycle, 2.2, &(Matrix5::identity() * 1e-3));
+        let a = with_gains(&parts, &bicycle, 2.2, &(DMatrix::identity(5, 5) * 1e-3));
         let b = parts.input.column(1).into_owned();
         let p = stationary(&a, &b, 12.0).unwrap();
         // with the noise's own row eliminated: c = −(A − r)⁻¹ B, A P + P Aᵀ + B cᵀ + c Bᵀ = 0
-        let c = -(a - StateMatrix::identity() * 12.0).lu().solve(&b).unwrap();
-        let rest = a * p + p * a.transpose() + b * c.transpose() + c * b.transpose();
+        let c = -(&a - DMatrix::identity(5, 5) * 12.0)
+            .lu()
+            .solve(&b)
+            .unwrap();
+        let rest = &a * &p + &p * a.transpose() + &b * c.transpose() + c * b.transpose();
         assert!(rest.norm() < 1e-9 * (a * p).norm(), "{rest}");
     }
 

@@ -4,6 +4,7 @@
 //! message, not a `source()`, so that a chain prints each fact once.
 
 use crate::ride::Span;
+use bicycle::mass::Body;
 
 /// A result of this crate.
 pub type Result<T> = std::result::Result<T, Error>;
@@ -255,6 +256,15 @@ pub enum Error {
     /// A rider who cannot be put on.
     #[error("bicycle {bicycle}: a rider cannot be put on: {why}")]
     Rider { bicycle: String, why: &'static str },
+
+    /// A mass or inertia that no matter has.
+    #[error(
+        "expected {body} of positive mass and positive definite inertia, found {:.3} kg and {:.3} \
+         (xx), {:.3} (zz), {:.3} (xz) kg.m2 about the centre of mass (the rows of the inertias are \
+         about the rear contact)", found.mass, found.roll_inertia, found.yaw_inertia,
+        found.cross_inertia
+    )]
+    Body { body: String, found: Body },
 
     // ── spectra and fits ───────────────────────────────────────────────────────────────────
     /// A band that is none.

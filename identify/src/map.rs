@@ -46,6 +46,10 @@ const TURNED: &[&str] = &[
     "lateral_force",
     "rear_lateral_force",
     "lateral_velocity",
+    "lateral_velocity_rate",
+    "front_lateral_force",
+    "front_lateral_force_rate",
+    "rear_lateral_force_rate",
 ];
 
 /// A sign convention.

@@ -9,7 +9,7 @@ use crate::state::{Output, Path, State};
 /// Where the number of an output row is to be found.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Place {
-    /// A row of the state.
+    /// A row of the state, where the formulation moves it.
     State(usize),
     /// A row of the path.
     Path(usize),
@@ -63,10 +63,10 @@ impl Simulation {
     /// of state and path, and the front load. `None` for every other row of the table.
     pub fn output_row(&self, row: usize) -> Option<f64> {
         match PLACES[row] {
-            Place::State(i) => Some(self.here.state.get(i)),
+            Place::State(i) if i < self.bicycle.order() => Some(self.here.state.get(i)),
             Place::Path(i) => Some(self.here.path.get(i)),
             Place::FrontLoad => Some(self.bicycle.front_load),
-            Place::Equations => None,
+            Place::State(_) | Place::Equations => None,
         }
     }
 

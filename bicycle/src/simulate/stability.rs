@@ -1,7 +1,8 @@
 //! Under which conditions explicit steps make sense, and how to know it without much work.
 
-use crate::dynamics::Bicycle;
+use crate::dynamics::{Bicycle, Formulation};
 use crate::linear;
+use crate::mass::Body;
 use crate::state::{Input, State};
 use std::fmt;
 
@@ -20,6 +21,21 @@ pub enum Refusal {
         /// Front normal load [N].
         front_load: f64,
     },
+    /// The formulation does not know this speed: none runs backwards, and only one without slip
+    /// stands.
+    Speed {
+        /// The speed [m/s].
+        speed: f64,
+        /// The formulation.
+        formulation: Formulation,
+    },
+    /// A body of the four-body bicycle has a mass or inertia that no matter has.
+    Body {
+        /// Which.
+        name: &'static str,
+        /// What it would be.
+        body: Body,
+    },
 }
 
 impl fmt::Display for Refusal {
@@ -36,6 +52,23 @@ impl fmt::Display for Refusal {
                     "expected a front wheel on the ground, found a front load of {front_load:.1} N"
                 )
             }
+            Self::Speed { speed, formulation } => {
+                let expected = match formulation {
+                    Formulation::Whipple => "0 m/s or more",
+                    _ => "above 0 m/s",
+                };
+                let name = formulation.name();
+                write!(
+                    f,
+                    "speed: expected {expected} with {name}, found {speed} m/s"
+                )
+            }
+            Self::Body { name, body } => write!(
+                f,
+                "expected bodies of positive mass and positive definite inertia, found {name} with \
+                 {:.4} kg and {:.4} (xx), {:.4} (zz), {:.4} (xz) kg.m2 about its centre of mass",
+                body.mass, body.roll_inertia, body.yaw_inertia, body.cross_inertia
+            ),
         }
     }
 }
@@ -61,12 +94,15 @@ pub fn stability_limit(b: &Bicycle, speed: f64) -> f64 {
         speed,
         ..Input::default()
     };
-    let (a, _) = linear::linearize(&upright, &State::default(), &input);
+    let (a, _) = linear::state_equations(&upright, &State::ZERO, &input);
     STABLE_RADIUS / linear::spectral_bound(&a)
 }
 
 /// Ratio by which the known speeds are widened, and up to which [`DIP`] was measured.
 const WIDENING: f64 = 1.25;
+
+/// Below this speed [m/s] nothing of a bicycle that can stand depends on how slowly it goes.
+const CRAWL: f64 = 0.1;
 
 /// Between two speeds a factor [`WIDENING`] apart the stability limit is no shorter than the
 /// shorter one of theirs, but for this share of it.
@@ -102,6 +138,19 @@ impl StableSpeeds {
                 front_load: b.front_load,
             });
         }
+        if b.four_bodies.is_some() {
+            let front = b.p.front_assembly();
+            let bodies = [
+                ("the front assembly", front),
+                (
+                    "the rear frame with rider and load",
+                    b.lumps.without(&front),
+                ),
+            ];
+            if let Some((name, body)) = bodies.into_iter().find(|(_, body)| !body.is_possible()) {
+                return Err(Refusal::Body { name, body });
+            }
+        }
         let mut stable = Self::NONE;
         stable.admit(b, speed)?;
         Ok(stable)
@@ -113,6 +162,11 @@ impl StableSpeeds {
     pub fn admit(&mut self, b: &Bicycle, speed: f64) -> Result<(), Refusal> {
         if self.holds(speed) {
             return Ok(());
+        }
+        let stands = speed == 0.0 && b.formulation == Formulation::Whipple;
+        if !(speed > 0.0 || stands) {
+            let formulation = b.formulation;
+            return Err(Refusal::Speed { speed, formulation });
         }
         let (step, limit) = (b.p.internal_step, stability_limit(b, speed));
         if step > limit {
@@ -127,12 +181,7 @@ impl StableSpeeds {
     /// Refuses a course from one speed to another where the internal step of `b` is too long at
     /// an end, or at a speed between them every factor [`WIDENING`] or less apart.
     pub fn admit_between(&mut self, b: &Bicycle, from: f64, to: f64) -> Result<(), Refusal> {
-        if !to.is_finite() || to == 0.0 || from.signum() != to.signum() {
-            // at 0 m/s, or on the way there, poles are as fast as one likes
-            let step = b.p.internal_step;
-            return Err(Refusal::StepTooLong { step, limit: 0.0 });
-        }
-        let rises = from.abs() < to.abs();
+        let rises = from < to;
         let mut speed = from;
         loop {
             self.admit(b, speed)?;
@@ -140,11 +189,15 @@ impl StableSpeeds {
                 return Ok(());
             }
             let next = if rises {
-                speed * WIDENING
+                (speed * WIDENING).max(CRAWL)
             } else {
                 speed / WIDENING
             };
-            let is_short_of = (next.abs() < to.abs()) == rises;
+            let is_short_of = if rises {
+                next < to
+            } else {
+                next > to.max(CRAWL)
+            };
             speed = if is_short_of { next } else { to };
         }
     }

@@ -137,7 +137,7 @@ fn what_no_simulation_could_become_is_refused() {
             json!(3.0),
             "steer_limit: expected",
         ),
-        ("/formulation", json!("whipple"), "unknown variant"),
+        ("/formulation", json!("whippel"), "unknown variant"),
         ("/start_time", json!(0.7001), "the base on the grid"),
         ("/start_time", json!(-1e300), "times that tell"),
         ("/base/time", json!(0.8), "the base on the grid"),

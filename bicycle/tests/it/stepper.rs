@@ -79,7 +79,7 @@ proptest! {
         prop_assume!(b.front_load > 0.0);
         let limit = stability_limit(&b, speed);
         let input = Input { speed, ..Input::default() };
-        let (a, _) = linear::linearize(&b, &State::default(), &input);
+        let (a, _) = linear::state_equations(&b, &State::default(), &input);
         let mut fastest = 0.0f64;
         for mode in linear::eigenvalues(&a) {
             fastest = fastest.max(mode.norm());
@@ -97,7 +97,7 @@ proptest! {
 fn a_mode_beyond_the_limit_would_grow() {
     let b = Bicycle::new(&Parameters::default(), Formulation::Repaired);
     let speed = 8.0 / 3.6;
-    let (a, _) = linear::linearize(
+    let (a, _) = linear::state_equations(
         &b,
         &State::default(),
         &Input {
@@ -192,7 +192,7 @@ fn a_lifted_front_wheel_is_refused() {
     let expected = (p.total_mass * p.cog_to_rear - 40.0) * p.gravity / p.wheelbase;
     match refusal.expect_err("lifted") {
         Refusal::FrontLifted { front_load } => assert!((front_load - expected).abs() < 1e-9),
-        other @ Refusal::StepTooLong { .. } => panic!("{other}"),
+        other => panic!("{other}"),
     }
 }
 

@@ -178,22 +178,33 @@ fn load_and_set_change_rows() {
 
 #[test]
 fn moving_the_centre_of_mass_alone_is_said() {
-    let bicycle = Bicycle::open("nominal", &set(&["cog_to_rear=.52"])).unwrap();
+    let bicycle = Bicycle::open("nominal", &set(&["cog_to_rear=.4"])).unwrap();
     let nominal = Parameters::default();
     assert_eq!(
         bicycle.parameters,
         Parameters {
-            cog_to_rear: 0.52,
+            cog_to_rear: 0.4,
             ..nominal
         }
     );
     assert_eq!(
         bicycle.notes,
         [
-            "cog_to_rear alone was set to .52: the inertias about the rear contact stay what they were",
-            "yaw_inertia leaves -8.264 kg.m2 about the centre of mass: no body has that",
+            "cog_to_rear alone was set to .4: the inertias about the rear contact stay what they were",
         ]
     );
+}
+
+#[test]
+fn matter_that_cannot_be_is_refused() {
+    // 16.748 − 92.5 · .52² kg m²
+    let error = Bicycle::open("nominal", &set(&["cog_to_rear=.52"])).unwrap_err();
+    let words = error.to_string();
+    assert!(
+        words.starts_with("expected bicycle and rider of positive mass"),
+        "{words}"
+    );
+    assert!(words.contains("-8.264 (zz)"), "{words}");
 }
 
 #[test]
@@ -222,8 +233,8 @@ fn what_was_typed_wrong_is_named() {
             "--set trail=long: trail: expected a number or a number with a unit, found `long`",
         ),
         (
-            "speed=0",
-            "--set speed=0: speed: expected 0.1 to 20 m/s, found 0 m/s",
+            "speed=-1",
+            "--set speed=-1: speed: expected 0 to 20 m/s, found -1 m/s",
         ),
         (
             "formulation=prnted",

@@ -20,8 +20,6 @@ use bicycle::{Bicycle, Formulation, Input, Parameters, Real, State, dynamics, li
 use nalgebra::{DMatrix, DVector};
 use num_dual::DualSVec64;
 
-/// States of a window's start.
-const STATES: usize = State::LEN;
 /// Directions differentiated in one pass.
 const LANES: usize = 12;
 /// Longest step of the replay [s]: 1e-3 rad at worst over whole rides, far less in a window.
@@ -39,6 +37,8 @@ pub struct Time {
     /// Standard deviation of each channel's noise [SI].
     pub noise: Vec<f64>,
     formulation: Formulation,
+    /// States of a window's start: those that move.
+    order: usize,
     law_in_loop: bool,
     step: f64,
     /// Samples of a window.
@@ -83,9 +83,10 @@ impl Time {
         } else {
             start.riderless()
         };
+        let order = Bicycle::new(start, formulation).order();
         check_growth(&replayed, formulation, ride.mean_speed(speed), window)?;
         let length = (window / ride.step()).round() as usize;
-        let windows = if length > STATES {
+        let windows = if length > order {
             ride.len() / length
         } else {
             0
@@ -124,6 +125,7 @@ impl Time {
             channels: channels.to_vec(),
             noise: deviations,
             formulation,
+            order,
             law_in_loop,
             step: ride.step(),
             length,
@@ -168,8 +170,8 @@ impl Time {
             .collect();
         let samples = ((0.1 / self.step).round() as usize).clamp(2, self.length);
         for window in 0..self.windows {
-            let mut state = [0.0; STATES];
-            for (index, channel) in &self.recorded {
+            let mut state = vec![0.0; self.order];
+            for (index, channel) in self.recorded.iter().filter(|(i, _)| *i < self.order) {
                 let (value, slope) = line(&channel[window * self.length..][..samples], self.step);
                 state[*index] = value;
                 let rate = match State::TABLE[*index].name {
@@ -186,7 +188,7 @@ impl Time {
         DVector::from_vec(z)
     }
 
-    /// Replays window `window` from `state`, showing each sample's state.
+    /// Replays window `window` from `state`, showing what is seen of the state at each sample.
     fn replay<T: Real>(
         &self,
         bicycle: &Bicycle<T>,
@@ -198,11 +200,15 @@ impl Time {
         let first = window * self.length;
         let h = T::from(self.step / pieces as f64);
         for sample in 0..self.length {
-            show(sample, &state);
             let (i, j) = (
                 first + sample,
                 (first + sample + 1).min(self.torque.len() - 1),
             );
+            let seen = State {
+                yaw_rate: bicycle.yaw_rate(&state, T::from(self.speed[i])),
+                ..state
+            };
+            show(sample, &seen);
             for piece in 0..pieces {
                 state = rk4(state, h, |fraction, x| {
                     let at = (piece as f64 + fraction) / pieces as f64;
@@ -231,8 +237,16 @@ impl Time {
         Bicycle::new(&self.parameters(&parameters), self.formulation)
     }
 
-    fn initial(&self, z: &DVector<f64>, window: usize) -> [f64; STATES] {
-        std::array::from_fn(|i| z[self.shared() + window * STATES + i])
+    /// Where the initial state of `window` begins among the variables.
+    fn place(&self, window: usize) -> usize {
+        self.shared() + window * self.order
+    }
+
+    fn initial(&self, z: &DVector<f64>, window: usize) -> [f64; State::LEN] {
+        let mut state = State::ZERO.to_array();
+        let moving = z.rows(self.place(window), self.order);
+        state[..self.order].copy_from_slice(moving.as_slice());
+        state
     }
 
     /// Residuals of a window over their noise, measured minus replayed, samples × channels.
@@ -257,9 +271,9 @@ impl Time {
     /// ∂residuals/∂(free parameters, initial state) of a window, by dual numbers.
     fn jacobian(&self, pieces: usize, z: &DVector<f64>, window: usize) -> DMatrix<f64> {
         let shared = self.shared();
-        let mut jacobian = DMatrix::zeros(self.length * self.channels.len(), shared + STATES);
+        let mut jacobian = DMatrix::zeros(self.length * self.channels.len(), shared + self.order);
         let values = self.unknowns.candidate(z);
-        for first in (0..shared + STATES).step_by(LANES) {
+        for first in (0..shared + self.order).step_by(LANES) {
             let seed = |value: f64, slope: f64, direction: usize| {
                 let mut dual = DualSVec64::<LANES>::from(value);
                 if (first..first + LANES).contains(&direction) {
@@ -288,7 +302,7 @@ impl Time {
                         .eps
                         .unwrap_generic(nalgebra::Const, nalgebra::Const);
                     let row = sample * self.channels.len() + c;
-                    for direction in first..(first + LANES).min(shared + STATES) {
+                    for direction in first..(first + LANES).min(shared + self.order) {
                         jacobian[(row, direction)] = -eps[direction - first] / noise;
                     }
                 }
@@ -324,7 +338,7 @@ impl Time {
         let residuals = self.residuals(bicycle, pieces, z, window);
         let jacobian = self.jacobian(pieces, z, window);
         let shared = jacobian.columns(0, self.shared());
-        let own = jacobian.columns(self.shared(), STATES);
+        let own = jacobian.columns(self.shared(), self.order);
         let share = shared.transpose() * &residuals;
         Quadratic {
             gradient: share.clone(),

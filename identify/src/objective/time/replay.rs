@@ -1,6 +1,6 @@
 //! The windows replayed, and how they compare with the record.
 
-use super::{STATES, Time};
+use super::Time;
 use crate::error::Result;
 use crate::solver::Block;
 use bicycle::Bicycle;
@@ -50,19 +50,19 @@ impl Time {
             curvature,
             ..
         } = self.window(bicycle, z, window).blocks.remove(0);
-        let at = self.shared() + window * STATES;
-        let before = z.rows(at, STATES).into_owned();
+        let at = self.place(window);
+        let before = z.rows(at, self.order).into_owned();
         for damping in [1e-6, 1e-3, 1.0, 1e3] {
             let scaled = &curvature + DMatrix::from_diagonal(&curvature.diagonal()) * damping;
             if let Some(factor) = scaled.cholesky() {
-                z.rows_mut(at, STATES)
+                z.rows_mut(at, self.order)
                     .copy_from(&(&before - factor.solve(&gradient)));
                 if self.residuals(bicycle, pieces, z, window).norm_squared() < cost {
                     return;
                 }
             }
         }
-        z.rows_mut(at, STATES).copy_from(&before);
+        z.rows_mut(at, self.order).copy_from(&before);
     }
 
     /// How the replay at `z` compares with the record.

@@ -1,0 +1,98 @@
+//! Published bicycles and numbers.
+
+use bicycle::Parameters;
+use bicycle::mass::Literature;
+use serde_json::Value;
+
+/// The text of a file of published numbers.
+pub fn text(name: &str) -> String {
+    let path = format!("{}/../tests/data/{name}", env!("CARGO_MANIFEST_DIR"));
+    std::fs::read_to_string(&path).unwrap_or_else(|e| panic!("{path}: {e}"))
+}
+
+/// A file of published numbers.
+pub fn file(name: &str) -> Value {
+    serde_json::from_str(&text(name)).expect("JSON")
+}
+
+/// Meijaard et al. 2007: parameters and what follows from them.
+pub fn benchmark() -> Value {
+    file("meijaard2007_benchmark.json")
+}
+
+/// A bicycle by its parameters' names.
+pub fn literature(value: impl Fn(&str) -> f64) -> Literature {
+    Literature {
+        w: value("w"),
+        c: value("c"),
+        lam: value("lam"),
+        rR: value("rR"),
+        mR: value("mR"),
+        IRxx: value("IRxx"),
+        IRyy: value("IRyy"),
+        xB: value("xB"),
+        zB: value("zB"),
+        mB: value("mB"),
+        IBxx: value("IBxx"),
+        IBzz: value("IBzz"),
+        IBxz: value("IBxz"),
+        xH: value("xH"),
+        zH: value("zH"),
+        mH: value("mH"),
+        IHxx: value("IHxx"),
+        IHzz: value("IHzz"),
+        IHxz: value("IHxz"),
+        rF: value("rF"),
+        mF: value("mF"),
+        IFxx: value("IFxx"),
+        IFyy: value("IFyy"),
+    }
+}
+
+/// A bicycle of the literature, its friction free steering and no rider's law.
+pub fn riderless(bicycle: &Literature) -> Parameters {
+    let mut p = Parameters {
+        viscous_friction: 0.0,
+        coulomb_friction: 0.0,
+        ..Parameters::default().riderless()
+    };
+    bicycle.write(&mut p, &[]);
+    p
+}
+
+/// The benchmark bicycle.
+pub fn benchmark_bicycle() -> Parameters {
+    let file = benchmark();
+    riderless(&literature(|name| {
+        file["parameters"][name].as_f64().expect("a number")
+    }))
+}
+
+/// The steer-by-wire bicycle of Delft (`mechmotum/sbw_bicycle_with_model_matching`).
+pub fn delft() -> Literature {
+    Literature {
+        w: 1.036,
+        c: 0.0803,
+        lam: 18.2f64.to_radians(),
+        rR: 0.3498,
+        mR: 10.12,
+        IRxx: 0.1040,
+        IRyy: 0.1641,
+        xB: 0.462,
+        zB: -0.698,
+        mB: 20.9,
+        IBxx: 1.64,
+        IBzz: 1.94,
+        IBxz: 0.654,
+        xH: 0.944,
+        zH: -0.595,
+        mH: 0.6,
+        IHxx: 0.00980,
+        IHzz: 0.00396,
+        IHxz: -0.00044,
+        rF: 0.3498,
+        mF: 1.78,
+        IFxx: 0.0644,
+        IFyy: 0.1289,
+    }
+}
