@@ -178,19 +178,19 @@ fn load_and_set_change_rows() {
 
 #[test]
 fn moving_the_centre_of_mass_alone_is_said() {
-    let bicycle = Bicycle::open("nominal", &set(&["cog_to_rear=.4"])).unwrap();
+    let bicycle = Bicycle::open("nominal", &set(&["cog_to_rear=.33"])).unwrap();
     let nominal = Parameters::default();
     assert_eq!(
         bicycle.parameters,
         Parameters {
-            cog_to_rear: 0.4,
+            cog_to_rear: 0.33,
             ..nominal
         }
     );
     assert_eq!(
         bicycle.notes,
         [
-            "cog_to_rear alone was set to .4: the inertias about the rear contact stay what they were",
+            "cog_to_rear alone was set to .33: the inertias about the rear contact stay what they were",
         ]
     );
 }
