@@ -1,8 +1,9 @@
 //! Derivatives of what is seen, by dual numbers: the same source as the simulation.
 
-use crate::dynamics::{Bicycle, Nonlinear, derivative, output_with, path_derivative};
+use crate::dynamics::{Bicycle, path_derivative};
 use crate::linear::partial;
 use crate::parameters::Parameters;
+use crate::simulate::jump::Mode;
 use crate::state::{Input, Output, Path, State};
 use nalgebra::SVector;
 use num_dual::{Derivative, DualSVec64};
@@ -36,28 +37,24 @@ fn dual(value: f64, slope: f64) -> Dual {
     Dual::new(value, Derivative::some(SVector::from([slope])))
 }
 
-/// Directional derivative of [`crate::dynamics::output`]: Σ ∂y/∂p dp + ∂y/∂x dx + … Smoothed jumps
-/// contribute their slopes; a jump itself (width 0) has none.
+/// Directional derivative of [`crate::simulate::output`]: Σ ∂y/∂p dp + ∂y/∂x dx + … Smoothed jumps
+/// contribute their slopes; a jump itself (width 0) has none, and a fork that friction holds is
+/// held along every direction.
 pub fn output_along(b: &Bicycle, x: &State, path: &Path, u: &Input, d: &Direction) -> Output {
+    let mode = Mode::at(b, x, u);
     let b = Bicycle::new(&b.p.zip(&d.parameters, dual), b.formulation);
     let x = x.zip(&d.state, dual);
     let path = path.zip(&d.path, dual);
     let u = u.zip(&d.input, dual);
-    let mut n = Nonlinear::at(&b, &x, u.speed);
-    if b.p.steer_smoothing.re == 0.0 {
-        n.steer_sign = Dual::from(n.steer_sign.re);
-    }
-    if b.p.steer_rate_smoothing.re == 0.0 {
-        n.steer_rate_sign = Dual::from(n.steer_rate_sign.re);
-    }
-    output_with(&b, &x, &path, &u, &n).map(|value| partial(&value, 0))
+    mode.output(&b, &x, &path, &u)
+        .map(|value| partial(&value, 0))
 }
 
-/// Time derivative of [`crate::dynamics::output`], each row in its unit per second, with the inputs
+/// Time derivative of [`crate::simulate::output`], each row in its unit per second, with the inputs
 /// on slopes `slope`.
 pub fn output_rate(b: &Bicycle, x: &State, path: &Path, u: &Input, slope: &Input) -> Output {
     let onward = Direction {
-        state: derivative(b, x, u),
+        state: Mode::at(b, x, u).derivative(b, x, u),
         path: path_derivative(b, x, path, u.speed),
         input: *slope,
         ..Direction::ZERO

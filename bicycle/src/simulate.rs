@@ -1,13 +1,17 @@
-//! The reference stepper: classical Runge–Kutta on a fixed grid, exact arrival at any instant, the
-//! steer limit located in time. FMU, native runs and oracles all use this one.
+//! The reference stepper: classical Runge–Kutta on a fixed grid, exact arrival at any instant; the
+//! steer limit and, where a smoothing width is 0, the jumps located in time. FMU, native runs and
+//! oracles all use this one.
 
 mod change;
+pub(crate) mod jump;
 mod look;
 mod ramp;
 mod saved;
 mod stability;
 mod stop;
+mod travel;
 
+pub use jump::output;
 pub use stability::{Refusal, stability_limit};
 pub use stop::Stop;
 
@@ -16,11 +20,11 @@ use crate::parameters::Parameters;
 use crate::quantity::Vector;
 use crate::real::Real;
 use crate::state::{Input, Path, State};
+use jump::Mode;
 use ramp::Ramp;
 use saved::Saved;
 use serde::{Deserialize, Serialize};
 use stability::StableSpeeds;
-use std::f64::consts::FRAC_PI_2;
 
 /// One step of the classical fourth-order Runge–Kutta method; `f` is given the fraction of the
 /// step (0, ½, 1) and the state there.
@@ -53,6 +57,13 @@ struct Moment {
 /// instant, and the next internal step is shortened to end on the next grid point. So results
 /// depend on the instants of change, not on how often one looks (but for a steer limit that is
 /// passed and left again within one internal step: only who looks in between sees it).
+///
+/// With a smoothing width of 0 the sign is a jump. The step then ends where θ = 0 (sign θ) or θ̇ = 0
+/// (Coulomb friction), located in time, and goes on from there on the other side; or friction holds
+/// the fork, θ̇ = 0 exactly, until the net torque without it exceeds d, which is located as well. So
+/// the method keeps its order. What comes and goes again within one piece of a step is not seen.
+/// A step has 16 pieces at most: where more would follow, the last one runs on to the end of the
+/// step, from rest if the fork was swinging about θ = 0 in ever shorter arcs.
 ///
 /// Inputs run straight in time, u(t) = u + u̇ (t − t_c) from the instant of change t_c on; every
 /// stage of a step takes them at its own time. Setting the values that they have just reached, with
@@ -175,58 +186,13 @@ impl Simulation {
         }
     }
 
-    /// One internal step of `h` from `from`; on a stop, `here` is left where it happened.
-    fn travel(&mut self, from: Moment, h: f64) -> Result<Moment, Stop> {
-        let limit = self.bicycle.p.steer_limit;
-        let at_limit = |m: &Moment| m.state.steer.abs() >= limit;
-        let fallen = |m: &Moment| {
-            m.state.roll.abs() > FRAC_PI_2 || !m.state.to_array().iter().all(|v| v.is_finite())
-        };
-        let to = self.rk4(from, h);
-        if at_limit(&to) {
-            let [_, at] = self.locate(from, h, at_limit);
-            return Err(self.end(at, Stop::SteerLimit { t: at.time }));
-        }
-        if fallen(&to) {
-            let [last, _] = self.locate(from, h, fallen);
-            return Err(self.end(last, Stop::Diverged { t: last.time }));
-        }
-        Ok(to)
-    }
-
-    fn end(&mut self, at: Moment, stop: Stop) -> Stop {
-        self.here = at;
-        self.ahead = true;
-        self.stop = Some(stop);
-        stop
-    }
-
-    /// The last moment before `happened` and the first at which it has, next to each other to the
-    /// last bit of h, within a step of `h` at whose end it has: bisection on the length of a step
-    /// of the same method.
-    fn locate(&mut self, from: Moment, h: f64, happened: impl Fn(&Moment) -> bool) -> [Moment; 2] {
-        let (mut before, mut after, mut last) = (0.0, h, from);
-        loop {
-            let middle = 0.5 * (before + after);
-            if middle <= before || middle >= after {
-                return [last, self.rk4(from, after)];
-            }
-            let moment = self.rk4(from, middle);
-            if happened(&moment) {
-                after = middle;
-            } else {
-                (before, last) = (middle, moment);
-            }
-        }
-    }
-
-    fn rk4(&mut self, from: Moment, h: f64) -> Moment {
+    fn rk4(&mut self, from: Moment, h: f64, mode: Mode) -> Moment {
         let (b, ramp) = (&self.bicycle, &self.ramp);
-        self.derivatives += 4;
+        self.derivatives += 4 * mode.evaluations();
         let (state, path) = rk4((from.state, from.path), h, |fraction, (x, path)| {
             let u = ramp.at(from.time + fraction * h);
             (
-                dynamics::derivative(b, x, &u),
+                mode.derivative(b, x, &u),
                 dynamics::path_derivative(b, x, path, u.speed),
             )
         });

@@ -1,7 +1,6 @@
 //! What can be seen of a simulation where it has arrived.
 
-use super::Simulation;
-use crate::dynamics;
+use super::{Simulation, jump};
 use crate::quantity::Quantity;
 use crate::sensitivity;
 use crate::state::{Output, Path, State};
@@ -56,7 +55,7 @@ impl Simulation {
 
     /// Everything that can be seen there.
     pub fn output(&self) -> Output {
-        dynamics::output(&self.bicycle, self.state(), self.path(), &self.input())
+        jump::output(&self.bicycle, self.state(), self.path(), &self.input())
     }
 
     /// Row `row` of [`Self::output`] where it can be had without evaluating the equations: the rows

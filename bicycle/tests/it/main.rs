@@ -3,6 +3,7 @@
 mod draw;
 mod equations;
 mod grid;
+mod jumps;
 mod laws;
 mod linear;
 mod marked;

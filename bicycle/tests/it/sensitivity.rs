@@ -232,9 +232,9 @@ fn a_jump_has_no_slope() {
     };
     let ride = Simulation::new(&p, Formulation::Repaired, Input::default(), 0.0).expect("nominal");
     assert_eq!((ride.state().steer, ride.state().steer_rate), (0.0, 0.0));
-    // neither the trail nor the friction knows on which side it is; L₃ cos φ is left
+    // the rider steers right, into the lean: L₃' = L₃ cos φ − r_f sin φ, as long as θ < 0
     let rate = ride.output_rate();
-    let expected = -p.trail * 0.1f64.sin() * 0.3;
+    let expected = -(p.trail * 0.1f64.sin() + p.front_wheel_radius * 0.1f64.cos()) * 0.3;
     assert!((rate.effective_trail - expected).abs() < 1e-15);
     assert!(rate.to_array().iter().all(|v| v.abs() < 1e6), "{rate:?}");
 }
