@@ -107,8 +107,9 @@ fn share<T: Real>([left, right]: [T; 2]) -> T {
     right / (right - left + T::from(f64::MIN_POSITIVE))
 }
 
+/// The mean of both sides; to the last bit what they have in common.
 fn mean<T: Real>(share: T, left: T, right: T) -> T {
-    share * left + (T::from(1.0) - share) * right
+    right + share * (left - right)
 }
 
 /// How a bicycle goes on between two events. It keeps the signs of its side, so that its equations

@@ -78,8 +78,8 @@ impl Simulation {
     /// Length of the piece from `from` to the end of `mode`, which `to`, after a piece of `h`, is
     /// beyond, and the first moment there.
     ///
-    /// The ITP method (Oliveira & Takahashi 2020, ACM TOMS 47(1), κ₁ = 0.2/h, κ₂ = 2, n₀ = 1): mostly
-    /// under ten pieces, never more than one more than bisection takes.
+    /// The ITP method (Oliveira & Takahashi 2020, ACM TOMS 47(1), κ₁ = 0.2/h, κ₂ = 2, n₀ = 1): about
+    /// ten pieces, and never more than one more than bisection takes.
     fn end_of_mode(&mut self, from: Moment, h: f64, to: Moment, mode: Mode) -> (f64, Moment) {
         let margin_from = self.margin(&from, mode);
         let margin_to = self.margin(&to, mode);
@@ -94,7 +94,8 @@ impl Simulation {
             let middle = before.0 + 0.5 * width;
             let falsi = (before.0 * after.1 - after.0 * before.1) / (after.1 - before.1);
             let inward = (middle - falsi).signum();
-            let nudge = 0.2 * width * width / h;
+            // across the end to be found, or the far end of the bracket would stay
+            let nudge = (0.2 * width * width / h).max(0.5 * finest);
             let guess = if nudge <= (middle - falsi).abs() {
                 falsi + inward * nudge
             } else {

@@ -39,9 +39,11 @@ fn symbols_are_those_of_the_tables() {
 fn deviations_name_tests_that_exist() {
     let sources = [
         include_str!("grid.rs"),
+        include_str!("jumps.rs"),
         include_str!("laws.rs"),
         include_str!("linear.rs"),
         include_str!("mass.rs"),
+        include_str!("section3.rs"),
         include_str!("stepper.rs"),
         include_str!("stops.rs"),
         include_str!("tables.rs"),

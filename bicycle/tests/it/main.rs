@@ -11,6 +11,7 @@ mod mass;
 mod published;
 mod ramp;
 mod saved;
+mod section3;
 mod sensitivity;
 mod stepper;
 mod stops;
