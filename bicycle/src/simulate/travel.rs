@@ -19,26 +19,31 @@ impl Simulation {
     ///
     /// It ends at each jump that it meets and goes on from there. After [`PIECES`] pieces the last
     /// one runs to the end of the step without asking for jumps (the next step begins on the right
-    /// side again); a fork that swings about θ = 0 has then come to rest there.
+    /// side again); a fork that swings about θ = 0 has then come to rest there. So a step never
+    /// takes more than 8000 derivatives, a stop apart; without events it takes 4, and 12 while the
+    /// fork is held.
     pub(super) fn travel(&mut self, from: Moment, h: f64) -> Result<Moment, Stop> {
         let (mut at, mut rest, mut crossings) = (from, h, 0);
-        for left in (0..PIECES).rev() {
-            if left == 0 && crossings > 1 {
+        for piece in 1..=PIECES {
+            let last = piece == PIECES;
+            if last && crossings > 1 {
                 at = self.settled(at);
             }
             let mode = self.mode(&at);
-            let mut to = self.rk4(at, rest, mode);
-            let mut length = rest;
-            if left > 0 && self.margin(&to, mode) < 0.0 {
+            let (mut length, mut to) = (rest, self.rk4(at, rest, mode));
+            let ends = !last && self.margin(&to, mode) < 0.0;
+            if ends {
                 (length, to) = self.end_of_mode(at, rest, to, mode);
             }
             self.look_for_stop(at, length, &to, mode)?;
-            let state = mode.landed(&to.state);
-            if left > 0 {
-                crossings += usize::from(state.steer == 0.0 && to.state.steer != 0.0);
-                to.state = state;
+            if !ends {
+                return Ok(to);
             }
-            at = to;
+            at = Moment {
+                state: mode.landed(&to.state),
+                ..to
+            };
+            crossings += usize::from(at.state.steer == 0.0 && to.state.steer != 0.0);
             rest -= length;
             if rest <= 0.0 {
                 break;

@@ -112,7 +112,7 @@ fn error(p: &Parameters, seconds: u32) -> (f64, Simulation) {
 }
 
 /// Friction stronger than the jump of sign θ, which brings the fork to rest away from the centre
-/// after 12 events, and weaker.
+/// after thirteen arcs, and weaker.
 #[test]
 fn order_is_four_across_events() {
     for friction in [0.35, 0.15] {
@@ -120,7 +120,7 @@ fn order_is_four_across_events() {
         let errors = steps.map(|step| error(&spring(friction, step), 3).0);
         for pair in errors.windows(2) {
             let order = (pair[0] / pair[1]).log2();
-            // the next order's term: (ω h)/100 at the coarsest pair
+            // 3.96 to 4.00 are seen: the next order's term
             assert!((3.9..4.1).contains(&order), "{order} from {errors:?}");
         }
         assert!(errors[4] < 2e-10, "{errors:?}");

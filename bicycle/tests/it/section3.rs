@@ -79,6 +79,32 @@ fn amplitudes_and_times_are_those_of_the_calibration() {
     }
 }
 
+/// Left and right are alike: the mirrored start gives the mirrored motion, to the last bit.
+#[test]
+fn the_mirrored_case_is_the_mirror_of_the_case() {
+    for case in cases::all() {
+        let p = case.parameters(&section3(1e-3, EXACT));
+        let mirrored = Parameters {
+            roll_start: -p.roll_start,
+            steer_start: -p.steer_start,
+            yaw_rate_start: -p.yaw_rate_start,
+            ..p
+        };
+        let mut rides = [p, mirrored].map(|p| {
+            Simulation::new(&p, Formulation::Repaired, Input::default(), 0.0)
+                .expect("a stable step")
+        });
+        for k in 1..=50 {
+            let [one, other] = rides.each_mut().map(|ride| {
+                let _ = ride.advance(0.1 * f64::from(k));
+                (*ride.state(), ride.stop(), ride.derivatives())
+            });
+            assert_eq!(one.0, other.0.map(|value| -value), "case {}", case.number);
+            assert_eq!((one.1, one.2), (other.1, other.2), "case {}", case.number);
+        }
+    }
+}
+
 #[test]
 fn steps_of_a_millisecond_are_fine_enough() {
     for case in &cases::all()[..6] {
