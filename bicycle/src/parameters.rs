@@ -43,8 +43,8 @@ rows! {
         rear_camber_stiffness: "C_φR" PER_RAD = 0.8, in [0.0, 3.0], measured [0.5, 1.1], "Rear camber stiffness per normal load (whipple_slip)", "as camber_stiffness";
         viscous_friction: "c" N_M_S_PER_RAD = 0.30, in [0.0, 5.0], measured [0.2, 0.4], "Viscous friction of the steering", "Moore 2012: .34 ± .04; Delft steer-by-wire bicycle: .2–.3";
         coulomb_friction: "d" N_M = 0.15, in [0.0, 3.0], measured [0.1, 0.2], "Coulomb friction of the steering", "Moore 2012: .15 ± .05; Delft steer-by-wire firmware: .2";
-        steer_smoothing: "ε_θ" RAD = 1e-3, in [0.0, 0.1], "Width over which sign θ is smoothed, 0 the jump", "identified: error on bounded rides 3e-4 rad in the median";
-        steer_rate_smoothing: "ε_θ̇" RAD_PER_S = 1e-2, in [0.0, 1.0], "Width over which sign θ̇ is smoothed, 0 the jump", "identified: error on bounded rides 3e-4 rad in the median";
+        steer_smoothing: "ε_θ" RAD = 1e-3, in [0.0, 0.1], "Width over which sign θ is smoothed, 0 the jump", "identified: error on bounded rides 3e-4 rad in the median, on the nine cases up to 4e-3 rad";
+        steer_rate_smoothing: "ε_θ̇" RAD_PER_S = 1e-2, in [0.0, 1.0], "Width over which sign θ̇ is smoothed, 0 the jump", "identified: error on bounded rides 3e-4 rad in the median, on the nine cases up to 4e-3 rad";
         steer_limit: "θ_max" RAD = 85.0 * DEGREE, in [10.0 * DEGREE, 89.0 * DEGREE], "Steer angle at which a simulation ends", "assumed: 90° of the paper is a singular barrier of (8) and (9)";
         rear_load: "m_l" KG = 0.0, in [0.0, 100.0], "Mass on the rear carrier", "composition";
         rear_load_x: "x_l" M = -0.02, in [-1.0, 1.0], "Load, forward of the rear contact", "assumed: box .40 × .30 × .25 m on the carrier";

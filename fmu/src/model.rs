@@ -2,9 +2,8 @@
 
 use crate::description::{description, formulation_of, formulation_value};
 use crate::row::Row;
-use bicycle::dynamics;
 use bicycle::sensitivity::{self, Direction};
-use bicycle::simulate::{Refusal, Simulation};
+use bicycle::simulate::{self, Refusal, Simulation};
 use bicycle::{Bicycle, Formulation, Input, Output, Parameters, Path, State};
 use fmi_export::{Experiment, Flow, Model, Value};
 use model_description::ModelDescription;
@@ -78,7 +77,7 @@ impl RearLoadBicycle {
         self.output
             .get_or_init(|| {
                 self.present().map_or_else(Output::default, |now| {
-                    dynamics::output(&now.bicycle, &now.state, &now.path, &now.input)
+                    simulate::output(&now.bicycle, &now.state, &now.path, &now.input)
                 })
             })
             .get(row)

@@ -351,6 +351,11 @@ pub enum Error {
         objective: &'static str,
         why: &'static str,
     },
+    /// A jump where only smooth equations are replayed.
+    #[error(
+        "{name}: expected a width above 0 with objective time, whose replay needs smooth equations, found 0"
+    )]
+    Jump { name: &'static str },
     /// Bounds the wrong way round, or outside the row's range.
     #[error(
         "bounds of `{name}`: expected lower < upper within {min} to {max} {unit}, found {lower} to {upper}"

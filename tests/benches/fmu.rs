@@ -145,6 +145,20 @@ fn atan_platform() -> f64 {
     angles().map(|x| f64::atan(black_box(x))).sum()
 }
 
+/// Ten seconds of a bicycle on its own at 1 kHz.
+#[divan::bench(args = ["repaired", "whipple", "whipple_slip"])]
+fn ten_seconds(name: &str) -> f64 {
+    let formulation: Formulation = name.parse().expect("a formulation");
+    let parameters = Parameters {
+        roll_start: 0.02,
+        ..Parameters::default()
+    };
+    let mut ride =
+        Simulation::new(&parameters, formulation, Input::default(), 0.0).expect("nominal");
+    ride.advance(10.0).expect("the rider stands it up");
+    ride.state().roll
+}
+
 #[divan::bench]
 fn bare_step(bencher: Bencher) {
     let (mut simulation, h) = (native(), internal_step());

@@ -41,12 +41,29 @@ def test_equal_steps(fmu, description, native, step):
     assert_equal(result, native(step, 24.0, ASLANT), outputs(description))
 
 
-@pytest.mark.parametrize("formulation", ["printed", "minimal", "repaired"])
+FORMULATIONS = ["printed", "minimal", "repaired", "whipple", "whipple_slip"]
+
+
+@pytest.mark.parametrize("formulation", FORMULATIONS)
 def test_formulations_by_number(fmu, description, native, formulation):
-    number = ["printed", "minimal", "repaired"].index(formulation) + 1
+    number = FORMULATIONS.index(formulation) + 1
     result = simulate(fmu, description, 0.005, 0.1, ASLANT | {"formulation": number})
     expected = native(0.005, 0.1, ASLANT | {"formulation": formulation})
     assert_equal(result, expected, outputs(description))
+
+
+@pytest.mark.parametrize("formulation", ["repaired", "whipple_slip"])
+def test_jumps_that_are_not_smoothed(fmu, description, native, formulation):
+    # more friction than the start can break: the fork is held until the lean does
+    values = ASLANT | {"steer_smoothing": 0.0, "steer_rate_smoothing": 0.0}
+    values |= {"coulomb_friction": 3.0, "rider_roll_gain": 100.0}
+    number = FORMULATIONS.index(formulation) + 1
+    result = simulate(fmu, description, 0.005, 5.0, values | {"formulation": number})
+    expected = native(0.005, 5.0, values | {"formulation": formulation})
+    assert_equal(result, expected, outputs(description))
+    held = result["steer_rate"] == 0.0
+    assert held.any() and not held.all()
+    assert not result["steer_acceleration"][held].any()
 
 
 def test_speed_changes_midway(fmu, description, native):

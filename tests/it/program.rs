@@ -403,7 +403,7 @@ fn calls_that_were_typed_wrong() {
             "simulate --set trail=3",
             "expected -0.1 to 0.2 m, found 3 m",
         ),
-        ("simulate --set speed=0", "speed"),
+        ("simulate --set speed=-1", "speed"),
         ("simulate --duration 0s", "expected a time above 0 s"),
         ("simulate --at 5s", "expected TIME:NAME=VALUE"),
         ("cases --formulation repeared", "nearest: repaired"),

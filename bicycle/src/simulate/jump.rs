@@ -30,8 +30,10 @@ impl Side {
         let p = &b.p;
         // without Coulomb friction there is nothing to jump
         let friction_jumps = p.steer_rate_smoothing == 0.0 && p.coulomb_friction != 0.0;
+        // nor does the trail of the four-body bicycle
+        let trail_jumps = p.steer_smoothing == 0.0 && b.four_bodies.is_none();
         Self {
-            steer: (p.steer_smoothing == 0.0).then(|| sign(x.steer)),
+            steer: trail_jumps.then(|| sign(x.steer)),
             steer_rate: friction_jumps.then(|| sign(x.steer_rate)),
         }
     }

@@ -2,7 +2,7 @@
 
 use crate::published::{benchmark, benchmark_bicycle, delft, file, riderless, text};
 use bicycle::linear::{eigenvalues, linearize, state_equations};
-use bicycle::simulate::{Refusal, Simulation};
+use bicycle::simulate::{self, Refusal, Simulation};
 use bicycle::whipple::{FourBodies, Matrix};
 use bicycle::{Bicycle, Formulation, Input, Parameters, State, dynamics};
 use nalgebra::{Complex, DMatrix, Matrix4, Vector4};
@@ -399,4 +399,64 @@ fn the_yaw_rate_follows_the_steering() {
     }
     let names: Vec<_> = linear.states().iter().map(|row| row.name).collect();
     assert_eq!(names, ["roll_rate", "steer_rate", "roll", "steer"]);
+}
+
+/// Exact friction: a held fork stays held while the bicycle falls, and breaks away when its weight
+/// exceeds the friction.
+#[test]
+fn friction_holds_the_fork_of_the_four_body_bicycle() {
+    for formulation in [Formulation::Whipple, Formulation::WhippleSlip] {
+        let p = Parameters {
+            coulomb_friction: 1.0,
+            steer_rate_smoothing: 0.0,
+            roll_start: 1e-3,
+            ..Parameters::default().riderless()
+        };
+        let mut ride = Simulation::new(&p, formulation, at(2.0), 0.0).expect("1 ms");
+        let mut broke_away = false;
+        while ride.advance(ride.time() + 0.01).is_ok() && ride.time() < 10.0 && !broke_away {
+            let (x, seen) = (
+                ride.state(),
+                simulate::output(ride.bicycle(), ride.state(), ride.path(), &at(2.0)),
+            );
+            if x.steer_rate == 0.0 {
+                assert_eq!((x.steer, seen.steer_acceleration), (0.0, 0.0));
+                assert!(!broke_away, "{formulation:?} at {} s", ride.time());
+            }
+            broke_away |= x.steer_rate != 0.0;
+        }
+        assert!(broke_away, "{formulation:?}");
+    }
+}
+
+/// The work of a step: four evaluations where tyres as stiff as any roll at walking pace.
+#[test]
+fn stiff_tyres_at_walking_pace_are_stepped_as_any() {
+    let p = Parameters {
+        cornering_stiffness: 40.0,
+        rear_cornering_stiffness: 40.0,
+        roll_start: 0.02,
+        ..Parameters::default()
+    };
+    for formulation in [
+        Formulation::Repaired,
+        Formulation::Whipple,
+        Formulation::WhippleSlip,
+    ] {
+        let mut ride = Simulation::new(&p, formulation, at(1.0), 0.0).expect("1 ms is stable");
+        let _ = ride.advance(1.0);
+        let steps = (ride.time() / p.internal_step).round();
+        // a stop is located in some sixty pieces
+        assert!(
+            ride.derivatives() as f64 <= 4.0 * (steps + 120.0),
+            "{formulation:?}"
+        );
+    }
+    // without relaxation the tyres' own modes are too fast for 1 ms, and that is said
+    let stiff = Parameters {
+        relaxation_length: 0.0,
+        ..p
+    };
+    let refusal = Simulation::new(&stiff, Formulation::WhippleSlip, at(1.0), 0.0);
+    assert!(matches!(refusal, Err(Refusal::StepTooLong { limit, .. }) if limit > 5e-4));
 }

@@ -83,6 +83,7 @@ impl Time {
         } else {
             start.riderless()
         };
+        check_smooth(start, formulation)?;
         let order = Bicycle::new(start, formulation).order();
         check_growth(&replayed, formulation, ride.mean_speed(speed), window)?;
         let length = (window / ride.step()).round() as usize;
@@ -372,6 +373,19 @@ impl Landscape for Time {
         }
         Ok(sum)
     }
+}
+
+/// Refuses jumps: the windows' equations are differentiated.
+fn check_smooth(p: &Parameters, formulation: Formulation) -> Result<()> {
+    if p.steer_rate_smoothing == 0.0 && p.coulomb_friction != 0.0 {
+        let name = "steer_rate_smoothing";
+        return Err(Error::Jump { name });
+    }
+    if p.steer_smoothing == 0.0 && !formulation.has_four_bodies() {
+        let name = "steer_smoothing";
+        return Err(Error::Jump { name });
+    }
+    Ok(())
 }
 
 /// Refuses windows over which errors of the start would grow too far.
