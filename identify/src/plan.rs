@@ -73,7 +73,8 @@ pub struct Resolved {
     pub recipe: Recipe,
 }
 
-/// Makes the choices a plan leaves open. With the torque recorded: `time`, all four parameters.
+/// Makes the choices a plan leaves open. With the torque recorded: `time`, all four parameters
+/// (without slip the two of friction).
 /// Without: `whittle` where roll and yaw rate are recorded, else `amplitude` of the steering; of
 /// the friction then only the effective damping is sought.
 pub fn resolve(ride: &Ride, plan: &Plan) -> Result<Resolved> {
@@ -114,8 +115,11 @@ pub fn resolve(ride: &Ride, plan: &Plan) -> Result<Resolved> {
             ],
             _ => &["effective_damping"],
         };
+        // wheels that do not slip have no tyres
+        let slips = plan.formulation != Formulation::Whipple;
         names
             .iter()
+            .filter(|name| slips || !name.ends_with("_stiffness"))
             .map(|name| Free::new(name))
             .collect::<Result<_>>()?
     };
