@@ -20,6 +20,7 @@
 #![forbid(unsafe_code)]
 
 pub mod cases;
+pub mod course;
 pub mod dynamics;
 pub mod linear;
 pub mod mass;

@@ -1,4 +1,11 @@
-//! The rider: a steering law on the four angles and rates.
+//! The rider: a steering law on the four angles and rates, and one who follows a course.
+
+mod design;
+mod preview;
+pub mod riccati;
+
+pub use design::{Gains, Manner, Sampled, Unridable, sampled};
+pub use preview::{Followed, Preview, Sample, Schedule, follow};
 
 use crate::parameters::Parameters;
 use crate::real::Real;

@@ -1,5 +1,6 @@
 //! The laws of the model, its numbers and its documents.
 
+mod course;
 mod draw;
 mod equations;
 mod grid;
@@ -8,6 +9,7 @@ mod laws;
 mod linear;
 mod marked;
 mod mass;
+mod preview;
 mod published;
 mod ramp;
 mod saved;
