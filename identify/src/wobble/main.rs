@@ -4,6 +4,7 @@
 //! that failed, 2 a call that was wrong.
 
 mod arguments;
+mod course;
 mod demo;
 mod fitting;
 mod fmu;

@@ -1,6 +1,7 @@
 //! Commands about the model: parameters, simulate, cases.
 
 use crate::arguments::{BicycleArguments, quantity};
+use crate::course;
 use crate::foreign;
 use crate::output::{Output, Progress};
 use anyhow::{Context, Result};
@@ -12,7 +13,7 @@ use identify::bicycles::Bicycle;
 use identify::error::Error;
 use identify::figure;
 use identify::synthesis::{SensorNoise, Synthesis, TorqueLine};
-use identify::trajectory::{self, Settings};
+use identify::trajectory::{self, Settings, Trajectory};
 use serde_json::json;
 use std::fmt::Write as _;
 use std::path::PathBuf;
@@ -109,6 +110,8 @@ pub struct Simulate {
     #[arg(long, default_value_t = 1, requires = "ride")]
     seed: u64,
     #[command(flatten)]
+    course: course::Arguments,
+    #[command(flatten)]
     foreign: foreign::Arguments,
     #[command(flatten)]
     output: Output,
@@ -126,6 +129,9 @@ impl Simulate {
             });
         }
         let bicycle = self.bicycle.open()?;
+        if let Some(name) = self.course.name() {
+            return self.course.run(name, &bicycle, &self.output);
+        }
         let duration = positive("--duration", self.duration.as_deref().unwrap_or("24s"))?;
         let step = positive("--step", self.step.as_deref().unwrap_or("5ms"))?;
         if self.ride {
@@ -143,15 +149,8 @@ impl Simulate {
             eprintln!("note: {stop}");
         }
         let stop = trajectory.stop.map_or("end", |stop| stop.name());
-        let columns: serde_json::Map<_, _> = bicycle::Output::TABLE
-            .iter()
-            .enumerate()
-            .map(|(i, row)| {
-                let column: Vec<f64> = trajectory.output.iter().map(|o| o.get(i)).collect();
-                (row.name.to_owned(), json!(column))
-            })
-            .collect();
-        let json = json!({ "stop": stop, "time": trajectory.time, "outputs": columns });
+        let json =
+            json!({ "stop": stop, "time": trajectory.time, "outputs": outputs(&trajectory) });
         self.output.json_or(&json, || trajectory.to_csv())
     }
 
@@ -222,6 +221,15 @@ impl Simulate {
         let json = json!({ "step": ride.step(), "samples": ride.len(), "channels": channels });
         self.output.json_or(&json, || ride.to_csv())
     }
+}
+
+/// The outputs of a simulation by name.
+pub fn outputs(trajectory: &Trajectory) -> serde_json::Value {
+    let columns = bicycle::Output::TABLE.iter().enumerate().map(|(i, row)| {
+        let column: Vec<f64> = trajectory.output.iter().map(|o| o.get(i)).collect();
+        (row.name.to_owned(), json!(column))
+    });
+    columns.collect::<serde_json::Map<_, _>>().into()
 }
 
 fn torque_line(text: &str) -> Result<TorqueLine> {

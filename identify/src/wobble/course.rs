@@ -1,0 +1,152 @@
+//! A course in place of the rider law: `wobble simulate --course`.
+
+use crate::arguments::assignment;
+use crate::model::outputs;
+use crate::output::{Output, Progress};
+use anyhow::Result;
+use bicycle::Input;
+use bicycle::course::Layout;
+use bicycle::rider::{Followed, Manner, Preview, Sample, Schedule, follow};
+use clap::Args;
+use identify::bicycles::{Bicycle, admit};
+use identify::error::Error;
+use identify::trajectory::Trajectory;
+use identify::unit;
+use serde_json::json;
+use std::fmt::Write as _;
+
+/// Which course, and how it is ridden.
+#[derive(Args)]
+pub struct Arguments {
+    /// Follow a course in place of the rider law: straight, slalom, lane-change, circle
+    #[arg(
+        long,
+        value_name = "NAME",
+        conflicts_with_all = ["fmu", "ride", "at", "duration", "step"]
+    )]
+    course: Option<String>,
+    /// Set a row of the course, e.g. cone_spacing=2.5m or radius=5m, or of the rider's manner, e.g.
+    /// offset_scale=5cm
+    #[arg(long, value_name = "NAME=VALUE", requires = "course")]
+    course_set: Vec<String>,
+}
+
+impl Arguments {
+    /// The name behind `--course`.
+    pub fn name(&self) -> Option<&str> {
+        self.course.as_deref()
+    }
+
+    /// Rides the course called `name` and writes what was seen, with steer torque and offset.
+    pub fn run(&self, name: &str, bicycle: &Bicycle, output: &Output) -> Result<()> {
+        let (layout, manner) = self.plan(name, bicycle)?;
+        let progress = Progress::new();
+        progress.say("riding");
+        let Bicycle {
+            parameters,
+            formulation,
+            input,
+            ..
+        } = bicycle;
+        let schedule = Schedule::at(parameters, *formulation, manner, input.speed)?;
+        let course = layout.course();
+        let length = course.length();
+        let ridden = follow(
+            parameters,
+            *formulation,
+            *input,
+            Preview::new(course, schedule),
+        )?;
+        drop(progress);
+        tell(&ridden, length);
+        write(&layout, ridden, input, output)
+    }
+
+    /// What the arguments mean.
+    fn plan(&self, name: &str, bicycle: &Bicycle) -> Result<(Layout, Manner)> {
+        let named = |layout: &Layout| layout.name() == name;
+        let Some(mut layout) = Layout::all().into_iter().find(named) else {
+            let names = Layout::all().map(|layout| layout.name());
+            return Err(Error::unknown("course", name, names)
+                .typed(format!("--course {name}"))
+                .into());
+        };
+        let mut manner = Manner::default();
+        if let Some(wheelbase) = position(&layout, "wheelbase") {
+            layout.set(wheelbase, bicycle.parameters.wheelbase);
+        }
+        for text in &self.course_set {
+            let typed = |cause: Error| cause.typed(format!("--course-set {text}"));
+            let (name, value) = assignment("--course-set", text)?;
+            let read = |row: &bicycle::Quantity| {
+                unit::parse(value, row.unit, row.name)
+                    .and_then(|value| admit(row, value))
+                    .map_err(typed)
+            };
+            if let Some(index) = position(&layout, name) {
+                layout.set(index, read(&layout.table()[index])?);
+            } else if let Some(index) = Manner::index(name) {
+                manner.set(index, read(&Manner::TABLE[index])?);
+            } else {
+                let rows = layout.table().iter().chain(Manner::TABLE);
+                let known = rows.map(|row| row.name);
+                return Err(typed(Error::unknown("row of the course", name, known)).into());
+            }
+        }
+        Ok((layout, manner))
+    }
+}
+
+/// Where `layout` has the row called `name`.
+fn position(layout: &Layout, name: &str) -> Option<usize> {
+    layout.table().iter().position(|row| row.name == name)
+}
+
+/// Says how the ride went.
+fn tell(ridden: &Followed, length: f64) {
+    let offset = |s: &Sample| s.place.offset.abs();
+    let largest = ridden.samples.iter().map(offset).fold(0.0, f64::max);
+    eprintln!("note: largest lateral offset from the course {largest:.3} m");
+    if let Some(stop) = ridden.stop {
+        eprintln!("note: {stop}");
+    } else if let Some(last) = ridden.samples.last()
+        && last.place.arc_length < length
+    {
+        eprintln!(
+            "note: after {} s the bicycle had come {:.2} m of {length:.2} m",
+            last.time, last.place.arc_length
+        );
+    }
+}
+
+fn write(layout: &Layout, ridden: Followed, input: &Input, output: &Output) -> Result<()> {
+    let column = |of: fn(&Sample) -> f64| ridden.samples.iter().map(of).collect::<Vec<f64>>();
+    let steer_torque: Vec<_> = column(|s| s.torque)
+        .into_iter()
+        .map(|torque| torque + input.steer_torque)
+        .collect();
+    let offset = column(|s| s.place.offset);
+    let trajectory = Trajectory {
+        time: column(|s| s.time),
+        output: ridden.samples.iter().map(|s| s.output).collect(),
+        stop: ridden.stop,
+    };
+    let json = json!({
+        "course": layout.name(),
+        "stop": trajectory.stop.map_or("end", |stop| stop.name()),
+        "time": trajectory.time,
+        "outputs": outputs(&trajectory),
+        "steer_torque": steer_torque,
+        "lateral_offset": offset,
+    });
+    output.json_or(&json, || {
+        let csv = trajectory.to_csv();
+        let mut lines = csv.lines();
+        let header = lines.next().unwrap_or_default();
+        let mut text = format!("{header},steer_torque[N.m],lateral_offset[m]\n");
+        for ((line, torque), offset) in lines.zip(&steer_torque).zip(&offset) {
+            writeln!(text, "{line},{torque},{offset}").expect("a string takes all");
+        }
+        text
+    })
+}
