@@ -21,7 +21,7 @@
 
 use super::riccati::{self, Problem};
 use crate::dynamics::{Bicycle, Formulation};
-use crate::linear;
+use crate::linear::{self, Linear};
 use crate::parameters::Parameters;
 use crate::quantity::rows;
 use crate::state::{Input, Output, State};
@@ -133,8 +133,9 @@ impl Gains {
             .solve(&shadow)
             .ok_or(Unridable::Uncontrollable { speed })?;
         let mut output = Output::ZERO;
-        for (row, gain) in STATES.iter().zip(regulator.gain.iter()) {
-            output.set(*row, *gain);
+        for (row, gain) in State::TABLE[..n - 2].iter().zip(&regulator.gain) {
+            let seen = Output::index(row.name).expect("each state is an output");
+            output.set(seen, *gain);
         }
         Ok(Self {
             speed,
@@ -147,17 +148,6 @@ impl Gains {
         })
     }
 }
-
-/// Where the rows of [`State`] are seen.
-const STATES: [usize; State::LEN] = {
-    let mut rows = [0; State::LEN];
-    let mut i = 0;
-    while i < State::LEN {
-        rows[i] = Output::index(State::TABLE[i].name).expect("an output");
-        i += 1;
-    }
-    rows
-};
 
 /// The bicycle on a course from sample to sample: states of the bicycle, offset, heading error.
 #[derive(Debug, Clone, PartialEq)]
@@ -184,27 +174,34 @@ pub fn sampled(
         speed,
         ..Input::default()
     };
-    let (a, b) = linear::linearize(&bicycle, &State::ZERO, &input);
+    let Linear { a, b, c, d } = linear::linearize(&bicycle, &State::ZERO, &input);
     let n = a.nrows();
     let (offset, heading, torque, curvature) = (n, n + 1, n + 2, n + 3);
 
     // d/dt (x, e, ε, τ, κ), the last two held
     let mut rates = DMatrix::zeros(n + 4, n + 4);
     rates.view_mut((0, 0), (n, n)).copy_from(&a);
-    rates
-        .view_mut((0, torque), (n, 1))
-        .copy_from(&b.column(STEER_TORQUE));
+    let by_torque = b.column(STEER_TORQUE);
+    rates.view_mut((0, torque), (n, 1)).copy_from(&by_torque);
+    for (row, seen) in [(offset, LATERAL_VELOCITY), (heading, YAW_RATE)] {
+        rates.view_mut((row, 0), (1, n)).copy_from(&c.row(seen));
+        rates[(row, torque)] = d[(seen, STEER_TORQUE)];
+    }
     rates[(offset, heading)] = speed;
-    rates[(heading, 4)] = 1.0;
     rates[(heading, curvature)] = -speed;
     if rates.iter().any(|rate| !rate.is_finite()) || speed <= 0.0 {
         return None;
     }
 
     let held = (rates * manner.sample_time).exp();
-    let mut state_cost = DMatrix::zeros(n + 2, n + 2);
-    state_cost[(offset, offset)] = manner.offset_scale.powi(-2);
-    state_cost[(heading, heading)] = manner.direction_scale.powi(-2);
+    let mut aside = DVector::zeros(n + 2);
+    aside[offset] = 1.0 / manner.offset_scale;
+    let mut astray = DVector::zeros(n + 2);
+    let drift = c.row(LATERAL_VELOCITY).transpose() / speed;
+    astray.rows_mut(0, n).copy_from(&drift);
+    astray[heading] = 1.0;
+    astray /= manner.direction_scale;
+    let state_cost = &aside * aside.transpose() + &astray * astray.transpose();
     Some(Sampled {
         problem: Problem {
             transition: held.view((0, 0), (n + 2, n + 2)).into_owned(),
@@ -217,3 +214,5 @@ pub fn sampled(
 }
 
 const STEER_TORQUE: usize = Input::index("steer_torque").expect("an input");
+const LATERAL_VELOCITY: usize = Output::index("lateral_velocity").expect("an output");
+const YAW_RATE: usize = Output::index("yaw_rate").expect("an output");

@@ -99,8 +99,9 @@ impl Preview {
     }
 
     /// Steer torque [N m], left positive, to be held until the next call, from what is `seen` of
-    /// the bicycle at `time` [s]. Of the outputs the rider uses roll, steer, their rates, the yaw
-    /// rate, heading and place with its rate; called more often than every `sample_time`, the rider
+    /// the bicycle at `time` [s]. Of the outputs the rider uses those called as the states that the
+    /// formulation moves, heading, and place with its rate; asked more often than every
+    /// `sample_time`, the rider
     /// does not look again. Nor at what is not finite.
     pub fn torque(&mut self, time: f64, seen: &Output) -> f64 {
         let sample_time = self.schedule.manner.sample_time;

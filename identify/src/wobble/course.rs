@@ -17,7 +17,7 @@ use std::fmt::Write as _;
 
 /// Which course, and how it is ridden.
 #[derive(Args)]
-pub struct Arguments {
+pub struct CourseArguments {
     /// Follow a course in place of the rider law: straight, slalom, lane-change, circle
     #[arg(
         long,
@@ -31,7 +31,7 @@ pub struct Arguments {
     course_set: Vec<String>,
 }
 
-impl Arguments {
+impl CourseArguments {
     /// The name behind `--course`.
     pub fn name(&self) -> Option<&str> {
         self.course.as_deref()

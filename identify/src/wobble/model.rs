@@ -1,7 +1,7 @@
 //! Commands about the model: parameters, simulate, cases.
 
 use crate::arguments::{BicycleArguments, quantity};
-use crate::course;
+use crate::course::CourseArguments;
 use crate::foreign;
 use crate::output::{Output, Progress};
 use anyhow::{Context, Result};
@@ -110,7 +110,7 @@ pub struct Simulate {
     #[arg(long, default_value_t = 1, requires = "ride")]
     seed: u64,
     #[command(flatten)]
-    course: course::Arguments,
+    course: CourseArguments,
     #[command(flatten)]
     foreign: foreign::Arguments,
     #[command(flatten)]
