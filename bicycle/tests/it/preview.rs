@@ -1,7 +1,7 @@
 //! The gains of a previewing rider against solutions made another way.
 
 use bicycle::rider::riccati::{self, Problem};
-use bicycle::rider::{Gains, Manner, sampled};
+use bicycle::rider::{Gains, Manner, Unridable, sampled};
 use bicycle::{Formulation, Output, Parameters, State};
 use nalgebra::{DMatrix, DVector};
 
@@ -130,4 +130,64 @@ fn backward_recursion_agrees(formulation: Formulation) {
     // the recursion's roundings, 2000 of them, against gains up to 1e3
     let off = (&found - &gain).amax();
     assert!(off < 1e-8 * gain.amax(), "{off:e}\n{found}{gain}");
+}
+
+#[test]
+fn gains_change_smoothly_with_speed() {
+    let p = Parameters::default();
+    let at =
+        |speed| Gains::new(&p, Formulation::Repaired, &Manner::default(), speed).expect("rideable");
+    let row = |g: &Gains| {
+        let mut row = g.output.to_array().to_vec();
+        row.extend([g.offset, g.heading, g.beyond]);
+        row.extend(&g.preview);
+        row
+    };
+    let size = |v: &[f64]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
+    for n in 5..80 {
+        let speed = 0.1 * f64::from(n);
+        let [a, middle, b] = [0.0, 0.05, 0.1].map(|d| row(&at(speed + d)));
+        let bend: Vec<_> = (0..a.len())
+            .map(|i| 0.5 * (a[i] + b[i]) - middle[i])
+            .collect();
+        // a schedule's straight lines, 0.1 m/s long, against the design half way: worst at the
+        // slow end, where the gains rise as the bicycle is about to stop obeying
+        let bound = if speed < 0.95 { 0.03 } else { 0.002 };
+        assert!(
+            size(&bend) < bound * size(&middle),
+            "{speed}: {}",
+            size(&bend) / size(&middle)
+        );
+    }
+}
+
+#[test]
+fn what_cannot_be_ridden_is_said() {
+    let p = Parameters {
+        rear_load: 20.0,
+        ..Parameters::default()
+    };
+    let f = Formulation::Repaired;
+    for speed in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+        let outcome = Gains::new(&p, f, &Manner::default(), speed);
+        assert!(
+            matches!(outcome, Err(Unridable::NoLinearSystem { .. })),
+            "{outcome:?}"
+        );
+    }
+
+    // between two walking speeds the torque that catches a fall changes its sign; there the fall is
+    // out of its reach
+    let design = |speed| Gains::new(&p, f, &Manner::default(), speed);
+    let (mut slow, mut fast) = (0.1, 0.3);
+    let lost = loop {
+        let speed = 0.5 * (slow + fast);
+        assert!(slow < speed && speed < fast, "no such speed");
+        match design(speed) {
+            Ok(gains) if gains.output.roll < 0.0 => slow = speed,
+            Ok(_) => fast = speed,
+            Err(why) => break (why, speed),
+        }
+    };
+    assert_eq!(lost.0, Unridable::Uncontrollable { speed: lost.1 });
 }

@@ -8,6 +8,7 @@ use bicycle::Input;
 use bicycle::course::Layout;
 use bicycle::rider::{Followed, Manner, Preview, Sample, Schedule, follow};
 use clap::Args;
+use clap::builder::PossibleValuesParser;
 use identify::bicycles::{Bicycle, admit};
 use identify::error::Error;
 use identify::trajectory::Trajectory;
@@ -18,10 +19,11 @@ use std::fmt::Write as _;
 /// Which course, and how it is ridden.
 #[derive(Args)]
 pub struct CourseArguments {
-    /// Follow a course in place of the rider law: straight, slalom, lane-change, circle
+    /// Follow a course in place of the rider law
     #[arg(
         long,
         value_name = "NAME",
+        value_parser = PossibleValuesParser::new(Layout::all().map(|layout| layout.name())),
         conflicts_with_all = ["fmu", "ride", "at", "duration", "step"]
     )]
     course: Option<String>,
@@ -64,13 +66,10 @@ impl CourseArguments {
 
     /// What the arguments mean.
     fn plan(&self, name: &str, bicycle: &Bicycle) -> Result<(Layout, Manner)> {
-        let named = |layout: &Layout| layout.name() == name;
-        let Some(mut layout) = Layout::all().into_iter().find(named) else {
-            let names = Layout::all().map(|layout| layout.name());
-            return Err(Error::unknown("course", name, names)
-                .typed(format!("--course {name}"))
-                .into());
-        };
+        let mut layout = Layout::all()
+            .into_iter()
+            .find(|layout| layout.name() == name)
+            .expect("one of the possible values");
         let mut manner = Manner::default();
         if let Some(wheelbase) = position(&layout, "wheelbase") {
             layout.set(wheelbase, bicycle.parameters.wheelbase);
