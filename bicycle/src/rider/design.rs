@@ -13,6 +13,9 @@
 //! τ_k = −K (x, e, ε)_k − Σ_j K_j κ_{k+j},    K_j = (r + Γᵀ P Γ)⁻¹ Γᵀ (Φ − Γ K)ᵀʲ P E
 //! ```
 //!
+//! A rider who reacts late acts on the state predicted by this same system from what was seen and
+//! from the torques on their way (Kleinman 1969): with a delay of the torque that is the optimum.
+//!
 //! The sum runs over the horizon; beyond it the course is taken to keep its curvature, which is the
 //! closed sum of the remaining terms.
 //!
@@ -36,8 +39,9 @@ rows! {
         offset_scale: "e_0" M = 0.02, in [0.001, 10.0], "Offset from the course that is worth a steer torque of torque_scale", "assumed: half of what the paper's slalom swings";
         direction_scale: "ε_0" RAD = 0.2, in [0.001, 10.0], "Direction of travel off the course that is worth as much", "assumed: ten times offset_scale over a metre, so that the offset decides";
         torque_scale: "τ_0" N_M = 10.0, in [0.01, 1000.0], "Steer torque that is worth as much", "assumed: what an arm gives without effort";
-        horizon: "t_p" S = 2.5, in [0.0, 20.0], "How far ahead the course is seen", "assumed: the nominal bicycle's gains are below 1 % of the largest after 1.8 s from 0.5 m/s on";
+        horizon: "t_p" S = 2.5, in [0.0, 20.0], "How far ahead the course is seen", "assumed: the nominal bicycle's gains are below 1 % of the largest after 1.9 s from 0.5 m/s on";
         sample_time: "T" S = 0.005, in [0.0005, 0.1], "From one look to the next; the torque is held in between", "paper, section 4.1: sampling at 200 Hz";
+        reaction_delay: "t_d" S = 0.0, in [0.0, 1.0], "From seeing to acting, in whole samples", "assumed: none; McRuer and Jex 1967: people act some 0.1 to 0.2 s late";
         torque_limit: "τ_max" N_M = f64::INFINITY, in [0.0, f64::INFINITY], "Largest steer torque", "assumed: none";
     }
 }
@@ -85,12 +89,11 @@ impl std::error::Error for Unridable {}
 pub struct Gains {
     /// Forward speed [m/s].
     pub speed: f64,
-    /// Steer torque [N m] against each row of [`Output`], in its unit; 0 for what is not looked at.
-    pub output: Output,
-    /// Against the offset [N].
-    pub offset: f64,
-    /// Against the heading with respect to the course [N m/rad].
-    pub heading: f64,
+    /// The bicycle on its course, for which they are the optimum.
+    pub sampled: Sampled,
+    /// K: steer torque [N m] against the states that the formulation moves, in the order of
+    /// [`State`], then against offset [N] and heading with respect to the course [N m/rad].
+    pub state: DVector<f64>,
     /// Against the curvature [N m²] of the course during each sample to come.
     pub preview: Vec<f64>,
     /// Against the curvature with which the course goes on [N m²].
@@ -110,14 +113,15 @@ impl Gains {
         manner: &Manner,
         speed: f64,
     ) -> Result<Self, Unridable> {
-        let Sampled { problem, course } = sampled(parameters, formulation, manner, speed)
+        let sampled = sampled(parameters, formulation, manner, speed)
             .ok_or(Unridable::NoLinearSystem { speed })?;
-        let regulator = riccati::solve(&problem)
+        let regulator = riccati::solve(&sampled.problem)
             .filter(|r| r.residual < RESIDUAL)
             .ok_or(Unridable::Uncontrollable { speed })?;
         let back = regulator.closed_loop.transpose();
-        let mut shadow = &regulator.cost_to_go * course;
-        let effect = |shadow: &DVector<f64>| problem.input.dot(shadow) / regulator.curvature;
+        let mut shadow = &regulator.cost_to_go * &sampled.course;
+        let input = &sampled.problem.input;
+        let effect = |shadow: &DVector<f64>| input.dot(shadow) / regulator.curvature;
         let samples = (manner.horizon / manner.sample_time).round() as usize;
         let preview = (0..samples)
             .map(|_| {
@@ -132,18 +136,13 @@ impl Gains {
             .lu()
             .solve(&shadow)
             .ok_or(Unridable::Uncontrollable { speed })?;
-        let mut output = Output::ZERO;
-        for (row, gain) in State::TABLE[..n - 2].iter().zip(&regulator.gain) {
-            let seen = Output::index(row.name).expect("each state is an output");
-            output.set(seen, *gain);
-        }
+        let beyond = effect(&rest);
         Ok(Self {
             speed,
-            output,
-            offset: regulator.gain[n - 2],
-            heading: regulator.gain[n - 1],
+            sampled,
+            state: regulator.gain,
             preview,
-            beyond: effect(&rest),
+            beyond,
             residual: regulator.residual,
         })
     }

@@ -1,12 +1,14 @@
 //! A rider who sees the course ahead and steers the bicycle along it.
 
-use super::design::{Gains, Manner, Unridable};
+use super::design::{Gains, Manner, Sampled, Unridable};
 use crate::course::{Course, Place};
 use crate::dynamics::Formulation;
 use crate::parameters::Parameters;
 use crate::real::Real;
 use crate::simulate::{Refusal, Simulation, Stop};
-use crate::state::{Input, Output};
+use crate::state::{Input, Output, State};
+use nalgebra::DVector;
+use std::collections::VecDeque;
 
 /// Gains over speed: designs on a grid, straight lines between, the outermost beyond.
 #[derive(Debug, Clone, PartialEq)]
@@ -78,6 +80,8 @@ pub struct Preview {
     schedule: Schedule,
     place: Place,
     torque: f64,
+    /// Torques decided on that act later [N m], the next one first.
+    pending: VecDeque<f64>,
     /// When the rider looks next [s].
     next: f64,
 }
@@ -85,6 +89,12 @@ pub struct Preview {
 impl Preview {
     /// A rider at the start of `course`.
     pub fn new(course: Course, schedule: Schedule) -> Self {
+        let Manner {
+            reaction_delay,
+            sample_time,
+            ..
+        } = schedule.manner;
+        let late = (reaction_delay / sample_time).round() as usize;
         Self {
             course,
             schedule,
@@ -94,6 +104,7 @@ impl Preview {
                 heading: 0.0,
             },
             torque: 0.0,
+            pending: VecDeque::from(vec![0.0; late]),
             next: f64::NEG_INFINITY,
         }
     }
@@ -121,31 +132,36 @@ impl Preview {
         let wanted =
             (1.0 - part) * self.demand(a, speed, seen) + part * self.demand(b, speed, seen);
         let limit = self.schedule.manner.torque_limit;
-        self.torque = wanted.min(limit).max(-limit);
+        self.pending.push_back(wanted.min(limit).max(-limit));
+        self.torque = self.pending.pop_front().unwrap_or_default();
         self.torque
     }
 
-    /// The torque that `gains` ask for.
+    /// The torque that `gains` ask for, to act after those that are on their way.
     fn demand(&self, gains: &Gains, speed: f64, seen: &Output) -> f64 {
         let Place {
             arc_length,
             offset,
             heading,
         } = self.place;
-        let sampled = speed * self.schedule.manner.sample_time;
-        let curvature = |n: usize| {
-            self.course
-                .curvature(arc_length + (n as f64 + 0.5) * sampled)
-        };
-        let state: f64 = (gains.output.to_array().iter())
-            .zip(seen.to_array())
-            .map(|(gain, value)| gain * value)
+        let ahead = speed * self.schedule.manner.sample_time;
+        let curvature = |n: usize| self.course.curvature(arc_length + (n as f64 + 0.5) * ahead);
+        let n = gains.state.len() - 2;
+        let mut state = DVector::from_fn(n + 2, |i, _| match i {
+            i if i < n => seen.get(STATES[i]),
+            i if i == n => offset,
+            _ => seen.heading - heading,
+        });
+        let Sampled { problem, course } = &gains.sampled;
+        for (n, torque) in self.pending.iter().enumerate() {
+            state = &problem.transition * state + &problem.input * *torque + course * curvature(n);
+        }
+        let late = self.pending.len();
+        let previewed: f64 = (gains.preview.iter().enumerate())
+            .map(|(n, gain)| gain * curvature(late + n))
             .sum();
-        let ahead: f64 = (gains.preview.iter().enumerate())
-            .map(|(n, gain)| gain * curvature(n))
-            .sum();
-        let beyond = gains.beyond * curvature(gains.preview.len());
-        -(state + gains.offset * offset + gains.heading * (seen.heading - heading) + ahead + beyond)
+        let beyond = gains.beyond * curvature(late + gains.preview.len());
+        -(gains.state.dot(&state) + previewed + beyond)
     }
 
     /// Where the rider last saw the bicycle.
@@ -158,6 +174,17 @@ impl Preview {
         &self.course
     }
 }
+
+/// Where the rows of [`State`] are seen.
+const STATES: [usize; State::LEN] = {
+    let mut rows = [0; State::LEN];
+    let mut i = 0;
+    while i < State::LEN {
+        rows[i] = Output::index(State::TABLE[i].name).expect("each state is an output");
+        i += 1;
+    }
+    rows
+};
 
 /// One look of the rider.
 #[derive(Debug, Clone, Copy, PartialEq)]

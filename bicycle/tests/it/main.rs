@@ -3,6 +3,7 @@
 mod course;
 mod draw;
 mod equations;
+mod follow;
 mod grid;
 mod jumps;
 mod laws;

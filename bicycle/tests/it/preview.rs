@@ -2,7 +2,7 @@
 
 use bicycle::rider::riccati::{self, Problem};
 use bicycle::rider::{Gains, Manner, Unridable, sampled};
-use bicycle::{Formulation, Output, Parameters, State};
+use bicycle::{Formulation, Parameters, State};
 use nalgebra::{DMatrix, DVector};
 
 #[test]
@@ -38,6 +38,8 @@ fn an_unstable_state_out_of_reach_has_no_solution() {
     };
     assert_eq!(riccati::solve(&not_finite), None);
 }
+
+const ROLL: usize = State::index("roll").expect("a state");
 
 const RIDDEN: [Formulation; 3] = [
     Formulation::Repaired,
@@ -118,13 +120,7 @@ fn backward_recursion_agrees(formulation: Formulation) {
         cost = (&cost + cost.transpose()) * 0.5;
     }
     let mut found = DVector::zeros(all);
-    for (i, row) in State::TABLE[..n - 2].iter().enumerate() {
-        found[i] = gains
-            .output
-            .get(Output::index(row.name).expect("an output"));
-    }
-    found[n - 2] = gains.offset;
-    found[n - 1] = gains.heading;
+    found.rows_mut(0, n).copy_from(&gains.state);
     found.rows_mut(n, ahead).copy_from_slice(&gains.preview);
     found[all - 1] = gains.beyond;
     // the recursion's roundings, 2000 of them, against gains up to 1e3
@@ -138,8 +134,8 @@ fn gains_change_smoothly_with_speed() {
     let at =
         |speed| Gains::new(&p, Formulation::Repaired, &Manner::default(), speed).expect("rideable");
     let row = |g: &Gains| {
-        let mut row = g.output.to_array().to_vec();
-        row.extend([g.offset, g.heading, g.beyond]);
+        let mut row = g.state.as_slice().to_vec();
+        row.push(g.beyond);
         row.extend(&g.preview);
         row
     };
@@ -184,10 +180,52 @@ fn what_cannot_be_ridden_is_said() {
         let speed = 0.5 * (slow + fast);
         assert!(slow < speed && speed < fast, "no such speed");
         match design(speed) {
-            Ok(gains) if gains.output.roll < 0.0 => slow = speed,
+            Ok(gains) if gains.state[ROLL] < 0.0 => slow = speed,
             Ok(_) => fast = speed,
             Err(why) => break (why, speed),
         }
     };
     assert_eq!(lost.0, Unridable::Uncontrollable { speed: lost.1 });
+}
+
+/// Kleinman (1969): with the torque `d` samples late the optimum is the undelayed one at the
+/// predicted state, K Φᵈ x + Σ K Φᵈ⁻¹⁻ⁱ Γ τ_i. Here by putting the torques on their way among the
+/// states and solving anew.
+#[test]
+fn acting_on_the_predicted_state_is_the_optimum_of_a_late_rider() {
+    let (p, manner) = (Parameters::default(), Manner::default());
+    let gains = Gains::new(&p, Formulation::Repaired, &manner, 3.0).expect("rideable");
+    let problem = &gains.sampled.problem;
+    let (n, d) = (gains.state.len(), 20);
+    let all = n + d;
+    let mut late = Problem {
+        transition: DMatrix::zeros(all, all),
+        input: DVector::zeros(all),
+        state_cost: DMatrix::zeros(all, all),
+        input_cost: problem.input_cost,
+    };
+    let corner = |m: &mut DMatrix<f64>, block: &DMatrix<f64>| {
+        m.view_mut((0, 0), (n, n)).copy_from(block);
+    };
+    corner(&mut late.transition, &problem.transition);
+    corner(&mut late.state_cost, &problem.state_cost);
+    late.transition
+        .view_mut((0, n), (n, 1))
+        .copy_from(&problem.input);
+    for i in n..all - 1 {
+        late.transition[(i, i + 1)] = 1.0;
+    }
+    late.input[all - 1] = 1.0;
+    let solved = riccati::solve(&late).expect("as rideable as before");
+
+    let mut row = gains.state.transpose();
+    let mut predicted = DVector::zeros(all);
+    for i in (n..all).rev() {
+        predicted[i] = (&row * &problem.input)[0];
+        row *= &problem.transition;
+    }
+    predicted.rows_mut(0, n).copy_from(&row.transpose());
+    let off = (&solved.gain - &predicted).amax();
+    // the doubling stops within 1e-10 of rest
+    assert!(off < 1e-8 * predicted.amax(), "{off:e}");
 }
