@@ -111,9 +111,8 @@ impl Preview {
 
     /// Steer torque [N m], left positive, to be held until the next call, from what is `seen` of
     /// the bicycle at `time` [s]. Of the outputs the rider uses those called as the states that the
-    /// formulation moves, heading, and place with its rate; asked more often than every
-    /// `sample_time`, the rider
-    /// does not look again. Nor at what is not finite.
+    /// formulation moves, heading, and place with its rate. Asked more often than every
+    /// `sample_time`, the rider does not look again, nor ever at what is not finite.
     pub fn torque(&mut self, time: f64, seen: &Output) -> f64 {
         let sample_time = self.schedule.manner.sample_time;
         let too_early = time < self.next - 1e-6 * sample_time;
@@ -129,8 +128,10 @@ impl Preview {
         let (sin, cos) = Real::sin_cos(seen.heading);
         let speed = seen.x_rate * cos + seen.y_rate * sin;
         let (a, b, part) = self.schedule.around(speed);
-        let wanted =
-            (1.0 - part) * self.demand(a, speed, seen) + part * self.demand(b, speed, seen);
+        let mut wanted = self.demand(a, speed, seen);
+        if part > 0.0 {
+            wanted += part * (self.demand(b, speed, seen) - wanted);
+        }
         let limit = self.schedule.manner.torque_limit;
         self.pending.push_back(wanted.min(limit).max(-limit));
         self.torque = self.pending.pop_front().unwrap_or_default();
@@ -145,7 +146,7 @@ impl Preview {
             heading,
         } = self.place;
         let ahead = speed * self.schedule.manner.sample_time;
-        let curvature = |n: usize| self.course.curvature(arc_length + (n as f64 + 0.5) * ahead);
+        let curvature = |k: usize| self.course.curvature(arc_length + (k as f64 + 0.5) * ahead);
         let n = gains.state.len() - 2;
         let mut state = DVector::from_fn(n + 2, |i, _| match i {
             i if i < n => seen.get(STATES[i]),
@@ -153,12 +154,12 @@ impl Preview {
             _ => seen.heading - heading,
         });
         let Sampled { problem, course } = &gains.sampled;
-        for (n, torque) in self.pending.iter().enumerate() {
-            state = &problem.transition * state + &problem.input * *torque + course * curvature(n);
+        for (k, torque) in self.pending.iter().enumerate() {
+            state = &problem.transition * state + &problem.input * *torque + course * curvature(k);
         }
         let late = self.pending.len();
         let previewed: f64 = (gains.preview.iter().enumerate())
-            .map(|(n, gain)| gain * curvature(late + n))
+            .map(|(k, gain)| gain * curvature(late + k))
             .sum();
         let beyond = gains.beyond * curvature(late + gains.preview.len());
         -(gains.state.dot(&state) + previewed + beyond)

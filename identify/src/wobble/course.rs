@@ -61,7 +61,7 @@ impl CourseArguments {
         )?;
         drop(progress);
         tell(&ridden, length);
-        write(&layout, ridden, input, output)
+        write(&layout, &ridden, input, output)
     }
 
     /// What the arguments mean.
@@ -118,7 +118,7 @@ fn tell(ridden: &Followed, length: f64) {
     }
 }
 
-fn write(layout: &Layout, ridden: Followed, input: &Input, output: &Output) -> Result<()> {
+fn write(layout: &Layout, ridden: &Followed, input: &Input, output: &Output) -> Result<()> {
     let column = |of: fn(&Sample) -> f64| ridden.samples.iter().map(of).collect::<Vec<f64>>();
     let steer_torque: Vec<_> = column(|s| s.torque)
         .into_iter()
