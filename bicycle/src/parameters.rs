@@ -16,7 +16,7 @@ rows! {
     /// is added by [`crate::mass::loaded`].
     Parameters;
     Tunable {
-        total_mass: "M" KG = NOMINAL.total_mass, in [10.0, 250.0], "Mass of bicycle and rider", "composition: the paper's bicycle (17.5 kg, Table 4) and a rider of 75 kg (Table 6)";
+        total_mass: "M" KG = NOMINAL.total_mass, in [5.0, 250.0], "Mass of bicycle and rider", "composition: the paper's bicycle (17.5 kg, Table 4) and a rider of 75 kg (Table 6)";
         cog_to_rear: "L_1" M = NOMINAL.cog_to_rear, in [0.05, 1.0], "Centre of mass, forward of the rear contact", "composition; the paper's Table 3 sweeps .68, .52, .37 m";
         cog_height: "h" M = NOMINAL.cog_height, in [0.2, 1.5], "Centre of mass above the ground", "composition";
         roll_inertia: "I_xx" KG_M2 = NOMINAL.roll_inertia, in [0.1, 1000.0], "Roll inertia about the rear contact", "composition";

@@ -130,7 +130,7 @@ fn what_no_simulation_could_become_is_refused() {
         (
             "/parameters/total_mass",
             json!(-5.0),
-            "total_mass: expected 10 to 250 kg",
+            "total_mass: expected 5 to 250 kg",
         ),
         (
             "/parameters/steer_limit",

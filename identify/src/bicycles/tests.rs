@@ -305,7 +305,7 @@ fn what_is_wrong_in_a_file_is_named() {
         ),
         (
             LUMPS.replace("92.5", "925"),
-            "my.toml: total_mass: expected 10 to 250 kg, found 925 kg",
+            "my.toml: total_mass: expected 5 to 250 kg, found 925 kg",
         ),
         (
             LUMPS.replace("rear_contact", "hub"),
