@@ -1,4 +1,9 @@
-//! Tables 2–6 of the paper as data, and the nine cases of its section 3.
+//! Tables 2–6 of the paper as data, the nine cases of its section 3, and the same study with loads
+//! on the carrier.
+
+mod oscillation;
+
+pub use oscillation::{Oscillation, dominant_frequency, reversals};
 
 use crate::dynamics::Formulation;
 use crate::parameters::Parameters;
@@ -28,16 +33,29 @@ pub const TABLE_5: [(i8, f64); 7] = [
 pub const RIDERS: [(f64, f64); 3] = [(1.78, 82.0), (1.68, 53.0), (1.78, 75.0)];
 /// How long the cases run [s]; assumed, the paper does not say.
 pub const DURATION: f64 = 5.0;
+/// What comes before is the way from Table 2's start; what comes after is judged \[s\]. Assumed, the
+/// paper does not say.
+pub const SETTLED: f64 = 1.0;
 
-/// One of the nine cases of Table 3.
+/// What goes backwards from case to case.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Rearward {
+    /// The centre of mass of bicycle and rider, this far before the rear contact [m], as the paper
+    /// shifts it: inertias about it kept.
+    CogToRear(f64),
+    /// A load on the carrier [kg], the row `rear_load`: what riders do.
+    RearLoad(f64),
+}
+
+/// A case: one of the nine of Table 3, or one with a load instead.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Case {
-    /// 1 to 9.
+    /// From 1.
     pub number: usize,
     /// Trail [m].
     pub trail: f64,
-    /// Centre of mass before the rear contact [m].
-    pub cog_to_rear: f64,
+    /// What makes it heavy behind.
+    pub rearward: Rearward,
 }
 
 /// The nine cases, trail by trail.
@@ -45,8 +63,24 @@ pub fn all() -> [Case; 9] {
     std::array::from_fn(|i| Case {
         number: i + 1,
         trail: TRAILS[i / 3],
-        cog_to_rear: COGS[i % 3],
+        rearward: Rearward::CogToRear(COGS[i % 3]),
     })
+}
+
+/// The same trails with each of `loads` [kg] on the carrier, trail by trail.
+pub fn loaded(loads: &[f64]) -> Vec<Case> {
+    let of_trail = |trail: f64| {
+        let rearward = loads.iter().copied().map(Rearward::RearLoad);
+        rearward.map(move |rearward| (trail, rearward))
+    };
+    let cases = TRAILS.into_iter().flat_map(of_trail).zip(1..);
+    cases
+        .map(|((trail, rearward), number)| Case {
+            number,
+            trail,
+            rearward,
+        })
+        .collect()
 }
 
 /// How a case went.
@@ -71,21 +105,34 @@ impl Course {
     /// Largest |steer| [rad] after the first second; `None` when the case ended early.
     pub fn amplitude(&self) -> Option<f64> {
         self.stop.is_none().then(|| {
-            let late = self
-                .time
-                .iter()
-                .zip(&self.steer)
-                .filter(|(t, _)| **t >= 1.0);
+            let all = self.time.iter().zip(&self.steer);
+            let late = all.filter(|(t, _)| **t >= SETTLED);
             late.fold(0.0, |largest, (_, steer)| steer.abs().max(largest))
         })
+    }
+
+    /// Instants \[s\] at which the steer angle turns back.
+    pub fn reversals(&self) -> Vec<f64> {
+        reversals(&self.time, &self.steer)
+    }
+
+    /// Frequency of the steer angle's swings after the first second [Hz], see
+    /// [`dominant_frequency`]; `None` when the case ended early or does not swing.
+    pub fn dominant_frequency(&self) -> Option<f64> {
+        let reversals = self.reversals();
+        let late = &reversals[reversals.partition_point(|t| *t < SETTLED)..];
+        self.stop.is_none().then(|| dominant_frequency(late))?
+    }
+
+    /// How often the steer angle turns back in the first second.
+    pub fn early_reversals(&self) -> usize {
+        self.reversals().partition_point(|t| *t < SETTLED)
     }
 }
 
 impl Case {
-    /// `parameters` with this case's trail, centre of mass (inertias about it kept) and Table 2's
-    /// start values.
+    /// `parameters` with this case's trail, its centre of mass or load, and Table 2's start values.
     pub fn parameters(&self, parameters: &Parameters) -> Parameters {
-        let lumps = parameters.lumps();
         let [roll_rate, steer_rate, roll, steer, yaw_rate] = TABLE_2;
         let mut p = Parameters {
             trail: self.trail,
@@ -96,7 +143,13 @@ impl Case {
             yaw_rate_start: yaw_rate,
             ..*parameters
         };
-        p.set_lumps(lumps.moved(self.cog_to_rear, lumps.cog_height));
+        match self.rearward {
+            Rearward::CogToRear(x) => {
+                let lumps = parameters.lumps();
+                p.set_lumps(lumps.moved(x, lumps.cog_height));
+            }
+            Rearward::RearLoad(mass) => p.rear_load = mass,
+        }
         p
     }
 

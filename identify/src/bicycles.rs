@@ -19,8 +19,9 @@ mod written;
 use crate::error::{self, Error, Result};
 use crate::file;
 use crate::unit;
-use bicycle::mass::Body;
+use bicycle::mass::{self, Body};
 use bicycle::quantity::{KG, M, Quantity};
+use bicycle::simulate::Refusal;
 use bicycle::{Excitation, Formulation, Input, Parameters};
 use written::Written;
 
@@ -30,7 +31,28 @@ pub const SHIPPED: &[(&str, &str)] = &[
     ("section3", include_str!("../bicycles/section3.toml")),
     ("sbw-delft", include_str!("../bicycles/sbw-delft.toml")),
     ("benchmark", include_str!("../bicycles/benchmark.toml")),
+    (
+        "balanceassistv1",
+        include_str!("../bicycles/balanceassistv1.toml"),
+    ),
+    ("browser", include_str!("../bicycles/browser.toml")),
+    (
+        "browser-jason",
+        include_str!("../bicycles/browser-jason.toml"),
+    ),
+    ("rigidcl", include_str!("../bicycles/rigidcl.toml")),
+    (
+        "rigidcl-luke",
+        include_str!("../bicycles/rigidcl-luke.toml"),
+    ),
+    ("fisher", include_str!("../bicycles/fisher.toml")),
+    ("pista", include_str!("../bicycles/pista.toml")),
+    ("silver", include_str!("../bicycles/silver.toml")),
+    ("yellow", include_str!("../bicycles/yellow.toml")),
 ];
+
+/// Share of the weight on the front wheel below which that is said.
+const LIGHT: f64 = 0.05;
 
 /// A bicycle ready to ride.
 #[derive(Debug, Clone, PartialEq)]
@@ -98,7 +120,7 @@ impl Bicycle {
                 .set(typed)
                 .map_err(|e| e.typed(format!("--set {typed}")))?;
         }
-        bicycle.check_body()?;
+        bicycle.check()?;
         Ok(bicycle)
     }
 
@@ -198,16 +220,31 @@ impl Bicycle {
         Ok(())
     }
 
-    /// Refuses a bicycle that no matter makes: single rows may be set to that.
-    fn check_body(&self) -> Result<()> {
-        let found = self.parameters.lumps().body();
-        if found.is_possible() {
-            return Ok(());
+    /// Refuses a bicycle that no matter makes, for single rows may be set to that, and one whose
+    /// load lifts the front wheel; notes one whose front wheel carries little.
+    pub fn check(&mut self) -> Result<()> {
+        let p = &self.parameters;
+        let found = p.lumps().body();
+        if !found.is_possible() {
+            return Err(Error::Body {
+                body: "bicycle and rider",
+                found,
+                hint: " (the rows of the inertias are about the rear contact)",
+            });
         }
-        Err(Error::Body {
-            body: "bicycle and rider".into(),
-            found,
-        })
+        let front_load = bicycle::Bicycle::new(p, self.formulation).front_load;
+        if front_load <= 0.0 {
+            return Err(Refusal::FrontLifted { front_load }.into());
+        }
+        let share = front_load / (mass::loaded(p).total_mass * p.gravity);
+        if share < LIGHT {
+            self.notes.push(format!(
+                "the front wheel carries {:.1} % of the weight ({front_load:.0} N): little is left \
+                 to steer with",
+                100.0 * share
+            ));
+        }
+        Ok(())
     }
 }
 

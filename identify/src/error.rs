@@ -260,11 +260,14 @@ pub enum Error {
     /// A mass or inertia that no matter has.
     #[error(
         "expected {body} of positive mass and positive definite inertia, found {:.3} kg and {:.3} \
-         (xx), {:.3} (zz), {:.3} (xz) kg.m2 about the centre of mass (the rows of the inertias are \
-         about the rear contact)", found.mass, found.roll_inertia, found.yaw_inertia,
-        found.cross_inertia
+         (xx), {:.3} (zz), {:.3} (xz) kg.m2 about the centre of mass{hint}", found.mass,
+        found.roll_inertia, found.yaw_inertia, found.cross_inertia
     )]
-    Body { body: String, found: Body },
+    Body {
+        body: &'static str,
+        found: Body,
+        hint: &'static str,
+    },
 
     // ── spectra and fits ───────────────────────────────────────────────────────────────────
     /// A band that is none.

@@ -7,7 +7,7 @@ mod canvas;
 pub(crate) mod tests;
 
 use crate::run::{Curve, Trace};
-use bicycle::cases::{COGS, Course, DURATION, TRAILS};
+use bicycle::cases::{Course, DURATION, Rearward, TRAILS};
 use bicycle::simulate::Stop;
 use canvas::{
     BELOW, BLACK, BLUE, GREEN, GREY, LINE, Mark, ORANGE, PANEL, PURPLE, SKY, VERMILLION, WIDTH,
@@ -31,21 +31,32 @@ pub fn shown(unit: &str) -> (f64, String) {
     }
 }
 
-/// The nine cases as in the paper's Fig. 4: a panel a trail, a colour a centre of mass. Beside
+/// Cases as in the paper's Fig. 4: a panel a trail, a colour a centre of mass or a load. Beside
 /// each curve's name its largest steer angle after the first second, or where it ended.
 pub fn cases(courses: &[Course]) -> String {
-    let height = TRAILS.len() as f64 * PANEL + BELOW;
-    svg(height, |root| {
-        let colours = [BLUE, VERMILLION, ORANGE];
-        for ((trail, panel), last) in TRAILS.iter().zip(panels(root, TRAILS.len())).zip(1..) {
+    let of = |trail: f64| courses.iter().filter(move |c| c.case.trail == trail);
+    let mut shown: Vec<Rearward> = Vec::new();
+    for course in courses {
+        if !shown.contains(&course.case.rearward) {
+            shown.push(course.case.rearward);
+        }
+    }
+    let colour = |course: &Course| {
+        let mut pairs = shown.iter().zip(colours());
+        pairs.find_map(|(shown, colour)| (*shown == course.case.rearward).then_some(colour))
+    };
+    let most = TRAILS.map(|trail| of(trail).count()).into_iter().max();
+    let legend = |curves: usize| 44.0 + 2.0 * LINE * curves as f64;
+    let height = PANEL.max(legend(most.unwrap_or(0)) + LINE);
+    svg(TRAILS.len() as f64 * height + BELOW, |root| {
+        let areas = panels(root, TRAILS.len(), height);
+        for ((trail, panel), last) in TRAILS.iter().zip(areas).zip(1..) {
             let (plot, aside) = panel.split_horizontally(px(530.0));
-            let of_trail = courses.iter().filter(|c| c.case.trail == *trail);
-            let curves: Vec<(&Course, RGBColor, Points)> = of_trail
+            let curves: Vec<(&Course, RGBColor, Points)> = of(*trail)
                 .map(|course| {
-                    let nth = COGS.iter().position(|cog| *cog == course.case.cog_to_rear);
                     let steer = course.steer.iter().map(|s| s.to_degrees());
-                    let points = points(&course.time, steer);
-                    (course, colours[nth.unwrap_or(0) % colours.len()], points)
+                    let colour = colour(course).unwrap_or(BLACK);
+                    (course, colour, points(&course.time, steer))
                 })
                 .collect();
             let steer = range(curves.iter().flat_map(|(.., points)| points).map(|p| p.1));
@@ -57,14 +68,13 @@ pub fn cases(courses: &[Course]) -> String {
                 &minus(&format!("trail {trail:.3} m")),
                 BLACK,
             )?;
-            for ((course, colour, points), row) in curves.into_iter().zip(0..) {
+            for (nth, (course, colour, points)) in curves.into_iter().enumerate() {
                 let columns = decimated(&points, &(0.0..DURATION), 430);
                 chart.draw_series(LineSeries::new(columns, stroke(colour.into(), 1.3)))?;
                 let end = points.last().filter(|_| course.stop.is_some()).copied();
                 chart.draw_series(end.map(|end| Circle::new(end, px(3.0), colour.filled())))?;
-                let y = 44.0 + 2.0 * LINE * f64::from(row);
-                let name = format!("cog at {:.2} m", course.case.cog_to_rear);
-                Mark::Line(colour).draw(&aside, (12.0, y), &name)?;
+                let y = legend(nth);
+                Mark::Line(colour).draw(&aside, (12.0, y), &name_of(course))?;
                 let below = (12.0, y + 0.9 * LINE);
                 if course.stop.is_some() {
                     Mark::Dot(colour).draw(&aside, below, &end_of(course))?;
@@ -80,6 +90,21 @@ pub fn cases(courses: &[Course]) -> String {
         }
         Ok(())
     })
+}
+
+/// Colours of curves, in their order, without end.
+fn colours() -> impl Iterator<Item = RGBColor> {
+    [BLUE, VERMILLION, ORANGE, GREEN, PURPLE, SKY, BLACK]
+        .into_iter()
+        .cycle()
+}
+
+/// What sets a case apart from the others of its trail.
+fn name_of(course: &Course) -> String {
+    match course.case.rearward {
+        Rearward::CogToRear(x) => format!("cog at {x:.2} m"),
+        Rearward::RearLoad(mass) => format!("{mass} kg of load"),
+    }
 }
 
 /// How a case went, in words.
@@ -172,8 +197,6 @@ pub fn traces(traces: &[Trace]) -> String {
 /// Amplitude spectra in one panel: label, frequencies [Hz] and amplitudes in `unit` (SI) of
 /// each.
 pub fn comparison(spectra: &[(String, &[f64], &[f64])], unit: &str) -> String {
-    let palette = [BLUE, VERMILLION, GREEN, ORANGE, PURPLE, SKY, BLACK];
-    let colours = || palette.into_iter().cycle();
     let label =
         |((label, ..), colour): (&(String, &[f64], &[f64]), _)| (Mark::Line(colour), label.clone());
     let entries: Vec<_> = spectra.iter().zip(colours()).map(label).collect();

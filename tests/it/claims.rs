@@ -4,10 +4,12 @@
 mod marked;
 
 use bicycle::Formulation;
-use bicycle::cases::{self, Course};
+use bicycle::cases::{self, Course, Oscillation, Rearward};
 use bicycle::simulate::Stop;
 use identify::bicycles::{Bicycle, Changes};
 use std::fmt::Write;
+
+const EQUATIONS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../bicycle/EQUATIONS.md");
 
 /// The nine cases, the steer angle noted every millisecond.
 fn courses(name: &str, formulation: Formulation, internal_step: f64) -> [Course; 9] {
@@ -80,24 +82,6 @@ fn printed_and_minimal_fall_in_all_nine() {
     }
 }
 
-/// Rate of the steer angle's swings after the first second [Hz], from the mean time between the
-/// first and the last reversal; a case that ended before has none.
-fn swing_rate(course: &Course) -> Option<f64> {
-    let reversals: Vec<f64> = reversals(course).filter(|t| *t >= 1.0).collect();
-    match reversals.as_slice() {
-        [first, .., last] if course.stop.is_none() => {
-            Some((reversals.len() - 1) as f64 / (2.0 * (last - first)))
-        }
-        _ => None,
-    }
-}
-
-/// Instants at which the steer angle turns back \[s\].
-fn reversals(course: &Course) -> impl Iterator<Item = f64> {
-    let triples = course.steer.windows(3).zip(&course.time[1..]);
-    triples.filter_map(|(s, t)| ((s[1] - s[0]) * (s[2] - s[1]) < 0.0).then_some(*t))
-}
-
 /// Upper end of the bands in which section 4.2 of the paper sees vibration [Hz]: what lies above
 /// counts as high frequency, since the paper gives no number.
 const HIGH: f64 = 1.6;
@@ -113,7 +97,7 @@ fn falling_amplitude(courses: &[Course], from: f64, to: f64, digit: f64) -> Find
         .iter()
         .map(|c| c.amplitude().map(f64::to_degrees))
         .collect();
-    let text = listed(&found, "°");
+    let text = listed(courses, &found, "°");
     let reproduced = match found[..] {
         [Some(a), Some(b), Some(c)] => {
             let near = |value: f64, claim: f64| (value - claim).abs() < 0.5 * digit;
@@ -124,24 +108,26 @@ fn falling_amplitude(courses: &[Course], from: f64, to: f64, digit: f64) -> Find
     (text, reproduced)
 }
 
-fn listed(values: &[Option<f64>], unit: &str) -> String {
-    let one = |value: &Option<f64>| match value {
+fn listed(courses: &[Course], values: &[Option<f64>], unit: &str) -> String {
+    let one = |(course, value): (&Course, &Option<f64>)| match value {
         Some(value) => format!("{value:.2}{unit}"),
-        None => "ended early".into(),
+        None if course.stop.is_some() => "ended early".into(),
+        None => "none".into(),
     };
-    values.iter().map(one).collect::<Vec<_>>().join(", ")
+    let listed: Vec<String> = courses.iter().zip(values).map(one).collect();
+    listed.join(", ")
 }
 
 /// Swings after the first second above [`HIGH`] in every case.
 fn high_frequency(courses: &[Course]) -> Finding {
-    let rates: Vec<Option<f64>> = courses.iter().map(swing_rate).collect();
-    let early = |c: &Course| reversals(c).filter(|t| *t < 1.0).count();
-    let counts: Vec<String> = courses.iter().map(|c| early(c).to_string()).collect();
+    let rates: Vec<Option<f64>> = courses.iter().map(Course::dominant_frequency).collect();
+    let early = |c: &Course| c.early_reversals().to_string();
+    let counts: Vec<String> = courses.iter().map(early).collect();
     (
         format!(
             "{} reversals in the first second, then swings at {}",
             counts.join(", "),
-            listed(&rates, " Hz")
+            listed(courses, &rates, " Hz")
         ),
         rates
             .iter()
@@ -151,9 +137,9 @@ fn high_frequency(courses: &[Course]) -> Finding {
 
 /// Swings that quicken over each three cases of one trail.
 fn quickening(courses: &[Course]) -> Finding {
-    let rates: Vec<Option<f64>> = courses.iter().map(swing_rate).collect();
+    let rates: Vec<Option<f64>> = courses.iter().map(Course::dominant_frequency).collect();
     let rises = |three: &[Option<f64>]| three.iter().all(Option::is_some) && three.is_sorted();
-    (listed(&rates, " Hz"), rates.chunks(3).all(rises))
+    (listed(courses, &rates, " Hz"), rates.chunks(3).all(rises))
 }
 
 /// The steer limit passed within [`VIOLENT`] in every case.
@@ -163,12 +149,17 @@ fn violent(courses: &[Course]) -> Finding {
     (ends.join(", "), courses.iter().all(in_time))
 }
 
-/// How a case ended, or how far it swung.
+/// How a case ended, or how far and how quickly it swung.
 fn end(course: &Course) -> String {
     match course.stop {
         Some(Stop::SteerLimit { t }) => format!("85° after {t:.3} s"),
         Some(stop) => format!("on its side after {:.3} s", stop.time()),
-        None => format!("{:.2}°", amplitude(course)),
+        None => {
+            let swings = course
+                .dominant_frequency()
+                .map_or(String::new(), |f| format!(", {f:.2} Hz"));
+            format!("{:.2}°{swings}", amplitude(course))
+        }
     }
 }
 
@@ -198,40 +189,116 @@ const CLAIMS: [Claim; 5] = [
     ),
 ];
 
-fn claims() -> String {
-    let (nominal, section3) = (
-        courses("nominal", Formulation::Repaired, 1e-3),
-        courses("section3", Formulation::Repaired, 1e-3),
-    );
-    let minimal = courses("section3", Formulation::Minimal, 1e-3);
-    let printed = courses("section3", Formulation::Printed, 1e-3);
-    let mut text = String::new();
-    let mut line = |line: String| writeln!(text, "{line}").expect("a string");
+/// The formulations whose findings stand beside the claims.
+const JUDGED: [Formulation; 3] = [
+    Formulation::Repaired,
+    Formulation::Whipple,
+    Formulation::WhippleSlip,
+];
 
-    line("| claim | `nominal` gives | reproduced | `section3` gives | reproduced |".into());
-    line("|---|---|---|---|---|".into());
-    for (claim, judge) in CLAIMS {
-        let word = |reproduced| if reproduced { "yes" } else { "no" };
-        let (ours, a) = judge(&nominal);
-        let (calibrated, b) = judge(&section3);
-        line(format!(
-            "| {claim} | {ours} | {} | {calibrated} | {} |",
-            word(a),
-            word(b)
-        ));
+/// A table in Markdown.
+fn table(text: &mut String, head: &[&str], rows: impl IntoIterator<Item = Vec<String>>) {
+    let mut line = |cells: &[String]| {
+        writeln!(text, "| {} |", cells.join(" | ")).expect("a string");
+    };
+    line(&head.iter().map(ToString::to_string).collect::<Vec<_>>());
+    line(&vec!["---".to_owned(); head.len()]);
+    for row in rows {
+        line(&row);
     }
-    line(String::new());
-    line("| case | trail | centre of mass | `nominal` | `section3` | `section3`, minimal | `section3`, printed |".into());
-    line("|---|---|---|---|---|---|---|".into());
-    for (i, case) in cases::all().iter().enumerate() {
-        let cells = [&nominal, &section3, &minimal, &printed].map(|nine| end(&nine[i]));
-        line(format!(
-            "| {} | {} m | {} m | {} |",
-            case.number,
-            case.trail,
-            case.cog_to_rear,
-            cells.join(" | ")
-        ));
+}
+
+fn claims() -> String {
+    let mut text = String::new();
+    let mut heads = vec!["case".to_owned(), "trail".into(), "centre of mass".into()];
+    let mut columns = Vec::new();
+    for formulation in JUDGED {
+        let name = formulation.name();
+        let nines = ["nominal", "section3"].map(|set| courses(set, formulation, 1e-3));
+        let rows = CLAIMS.map(|(claim, judge)| {
+            let word = |reproduced| if reproduced { "yes" } else { "no" };
+            let found = nines.iter().map(judge);
+            let cells = found.flat_map(|(found, reproduced)| [found, word(reproduced).into()]);
+            std::iter::once(claim.to_owned()).chain(cells).collect()
+        });
+        let head = [
+            &format!("claim, `{name}`"),
+            "`nominal` gives",
+            "reproduced",
+            "`section3` gives",
+            "reproduced",
+        ];
+        table(&mut text, &head, rows);
+        text.push('\n');
+        heads.extend(["nominal", "section3"].map(|set| format!("`{set}`, {name}")));
+        columns.extend(nines);
+    }
+    for formulation in [Formulation::Minimal, Formulation::Printed] {
+        heads.push(format!("`section3`, {}", formulation.name()));
+        columns.push(courses("section3", formulation, 1e-3));
+    }
+    let rows = cases::all().into_iter().enumerate().map(|(i, case)| {
+        let Rearward::CogToRear(cog) = case.rearward else {
+            panic!("the nine cases move the centre of mass")
+        };
+        let mut row = vec![
+            case.number.to_string(),
+            format!("{} m", case.trail),
+            format!("{cog} m"),
+        ];
+        row.extend(columns.iter().map(|nine| end(&nine[i])));
+        row
+    });
+    let heads: Vec<&str> = heads.iter().map(String::as_str).collect();
+    table(&mut text, &heads, rows);
+    text
+}
+
+/// The same study with 0 to 30 kg on the carrier: what the load does to the steering, and to the
+/// linear bicycle behind it.
+fn loads() -> String {
+    let mut text = String::new();
+    for (set, formulation) in [
+        ("nominal", Formulation::Repaired),
+        ("nominal", Formulation::WhippleSlip),
+        ("browser-jason", Formulation::Whipple),
+        ("browser-jason", Formulation::WhippleSlip),
+    ] {
+        let bicycle = Bicycle::open(set, &Changes::default()).expect("a named bicycle");
+        let rows = cases::loaded(&[0.0, 10.0, 20.0, 30.0])
+            .into_iter()
+            .map(|case| {
+                let Rearward::RearLoad(load) = case.rearward else {
+                    panic!("a load")
+                };
+                let course = case
+                    .run(&bicycle.parameters, formulation, bicycle.input, 1e-3)
+                    .expect("a step below the stability limit");
+                let p = case.parameters(&bicycle.parameters);
+                let mode = |p| {
+                    let mode = Oscillation::least_damped(p, formulation, bicycle.input.speed);
+                    mode.map_or_else(
+                        || "none".into(),
+                        |m| format!("{:.2} Hz, {:.3}", m.frequency, m.damping_ratio),
+                    )
+                };
+                vec![
+                    format!("{} m", case.trail),
+                    format!("{load} kg"),
+                    end(&course),
+                    mode(&p),
+                    mode(&p.riderless()),
+                ]
+            });
+        let head = [
+            &format!("`{set}`, `{}`", formulation.name()),
+            "load",
+            "steering",
+            "least damped mode",
+            "without the rider law",
+        ];
+        table(&mut text, &head, rows);
+        text.push('\n');
     }
     text
 }
@@ -239,6 +306,11 @@ fn claims() -> String {
 /// The claims table of `EQUATIONS.md` is what the code gives today.
 #[test]
 fn claims_table_is_up_to_date() {
-    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../bicycle/EQUATIONS.md");
-    marked::assert_block(path, "claims", &claims());
+    marked::assert_block(EQUATIONS, "claims", &claims());
+}
+
+/// So is the table of rear loads.
+#[test]
+fn loads_table_is_up_to_date() {
+    marked::assert_block(EQUATIONS, "loads", &loads());
 }

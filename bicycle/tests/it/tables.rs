@@ -177,7 +177,8 @@ fn table_4_is_nominal_but_for_the_steering_inertia() {
 fn cases_are_those_of_tables_3_and_5() {
     let cases = bicycle::cases::all();
     assert_eq!(cases.map(|case| case.number), [1, 2, 3, 4, 5, 6, 7, 8, 9]);
-    assert_eq!((cases[5].trail, cases[5].cog_to_rear), (0.085, 0.37));
+    let cog = bicycle::cases::Rearward::CogToRear(0.37);
+    assert_eq!((cases[5].trail, cases[5].rearward), (0.085, cog));
     let nominal = Parameters::default();
     let p = cases[6].parameters(&nominal);
     assert_eq!((p.trail, p.cog_to_rear), (-0.035, 0.68));

@@ -265,7 +265,20 @@ impl WrittenLiterature {
             section.values.remove(unused);
         }
         section.end()?;
-        Ok(literature)
+        let names = [
+            "a rear wheel",
+            "a rear frame",
+            "a front frame",
+            "a front wheel",
+        ];
+        let mut bodies = names.into_iter().zip(literature.bodies());
+        match bodies.find(|(_, found)| !found.is_possible()) {
+            Some((body, found)) => {
+                let hint = "";
+                Err(Error::Body { body, found, hint }.in_file("[bodies.literature]"))
+            }
+            None => Ok(literature),
+        }
     }
 }
 

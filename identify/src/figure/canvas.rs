@@ -64,16 +64,16 @@ pub(super) fn stacked(
         for ((mark, label), at) in entries.iter().zip(places) {
             mark.draw(&legend, at, label)?;
         }
-        for (nth, panel) in panels(&rest, count).iter().enumerate() {
+        for (nth, panel) in panels(&rest, count, PANEL).iter().enumerate() {
             draw(nth, panel)?;
         }
         Ok(())
     })
 }
 
-/// Equal panels one above the other, the last with room for the labels of the x axis.
-pub(super) fn panels<'a>(area: &Area<'a>, count: usize) -> Vec<Area<'a>> {
-    let breaks: Vec<i32> = (1..count).map(|nth| px(nth as f64 * PANEL)).collect();
+/// Panels of one `height` [px] above each other, the last with room for the labels of the x axis.
+pub(super) fn panels<'a>(area: &Area<'a>, count: usize, height: f64) -> Vec<Area<'a>> {
+    let breaks: Vec<i32> = (1..count).map(|nth| px(nth as f64 * height)).collect();
     if count == 0 {
         Vec::new()
     } else {

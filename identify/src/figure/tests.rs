@@ -87,10 +87,31 @@ fn the_cases_tell_how_each_went() {
     for trail in ["trail 0.130 m", "trail 0.085 m", "trail −0.035 m"] {
         assert!(svg.contains(trail), "{trail}");
     }
-    // blue and yellow-orange of the outer centres of mass; circles where two ended, and in words
-    assert!(svg.contains("#0072B2") && svg.contains("#E69F00") && !svg.contains("#D55E00"));
+    // blue and vermillion of two centres of mass; circles where two ended, and in words
+    assert!(svg.contains("#0072B2") && svg.contains("#D55E00") && !svg.contains("#E69F00"));
     assert_eq!(svg.matches("<circle").count(), 4);
     assert_eq!(svg, cases(&courses));
+}
+
+#[test]
+fn loads_have_a_colour_each_and_room_for_their_names() {
+    let loads: Vec<f64> = (0..6).map(|k| 5.0 * f64::from(k)).collect();
+    let courses: Vec<Course> = bicycle::cases::loaded(&loads)
+        .into_iter()
+        .map(|case| Course {
+            case,
+            ..course(0, vec![0.01; 51], None)
+        })
+        .collect();
+    let svg = cases(&courses);
+    check_well_formed(&svg);
+    assert_eq!(svg.matches("25 kg of load").count(), 3);
+    let height = |svg: &str| -> f64 {
+        let from = svg.find("height=\"").unwrap() + 8;
+        svg[from..].split('"').next().unwrap().parse().unwrap()
+    };
+    // four loads fit no more into the panels of three centres of mass
+    assert!(height(&svg) > height(&cases(&courses[..3])) + 3.0 * 100.0);
 }
 
 #[test]

@@ -16,7 +16,7 @@ use std::path::Path;
 /// Which bicycle.
 #[derive(Args)]
 pub struct BicycleArguments {
-    /// Named set (nominal, section3, sbw-delft, benchmark) or TOML file
+    /// Named set (nominal, section3, sbw-delft, benchmark, browser, browser-jason, ...) or TOML file
     #[arg(long, default_value = "nominal", value_name = "NAME|FILE")]
     bicycle: String,
     /// Set a row of the table, the start value of an input, or formulation
@@ -28,7 +28,7 @@ pub struct BicycleArguments {
     /// Put another rider on: mass and height, e.g. 75kg,1.78m
     #[arg(long, value_name = "MASS,HEIGHT")]
     rider: Option<String>,
-    /// How the equations are read: printed, minimal, repaired
+    /// The equations: printed, minimal, repaired, whipple, whipple_slip
     #[arg(long, value_name = "NAME")]
     formulation: Option<String>,
 }
@@ -71,6 +71,7 @@ impl BicycleArguments {
                 .set(text)
                 .map_err(|cause| cause.typed(format!("--set {text}")))?;
         }
+        bicycle.check()?;
         self.finish(bicycle)
     }
 

@@ -1,7 +1,7 @@
 //! `wobble demo`: the whole way once, from nothing to a report.
 
+use crate::cases::courses;
 use crate::fitting;
-use crate::model::courses;
 use crate::output::{Output, Progress};
 use anyhow::{Context, Result};
 use bicycle::{Excitation, cases};
@@ -58,7 +58,7 @@ impl Demo {
         progress.say("running the nine cases");
         let section3 = Bicycle::open("section3", &Changes::default())?;
         let figure = self.out.join("cases.svg");
-        file::write(&figure, figure::cases(&courses(&section3)?))?;
+        file::write(&figure, figure::cases(&courses(&section3, &cases::all())?))?;
         written.push((figure, "the nine cases of the paper's section 3"));
 
         progress.say("riding six slaloms");

@@ -5,6 +5,7 @@
 
 mod arguments;
 mod course;
+mod cases;
 mod demo;
 mod fitting;
 mod fmu;
@@ -37,8 +38,8 @@ enum Command {
     Inspect(rides::Inspect),
     /// Simulate a bicycle, with a remnant a synthetic ride; or any FMU
     Simulate(model::Simulate),
-    /// The nine cases of the paper's section 3
-    Cases(model::Cases),
+    /// The nine cases of the paper's section 3, or the same with loads on the carrier
+    Cases(cases::Cases),
     /// The spectrum of a ride's residual
     Spectrum(rides::Spectrum),
     /// Rides beside the first: which bands rise, which fall

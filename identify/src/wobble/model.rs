@@ -1,22 +1,19 @@
-//! Commands about the model: parameters, simulate, cases.
+//! Commands about the model: parameters, simulate.
 
 use crate::arguments::{BicycleArguments, quantity};
 use crate::course::CourseArguments;
 use crate::foreign;
 use crate::output::{Output, Progress};
-use anyhow::{Context, Result};
-use bicycle::cases::{self, Course};
+use anyhow::Result;
 use bicycle::quantity::{HZ, N_M, S, Variability};
 use bicycle::{Excitation, Formulation, Input, Parameters, Quantity};
 use clap::Args;
 use identify::bicycles::Bicycle;
 use identify::error::Error;
-use identify::figure;
 use identify::synthesis::{SensorNoise, Synthesis, TorqueLine};
 use identify::trajectory::{self, Settings, Trajectory};
 use serde_json::json;
 use std::fmt::Write as _;
-use std::path::PathBuf;
 
 #[derive(Args)]
 pub struct ListParameters {
@@ -257,83 +254,4 @@ pub fn positive(flag: &str, text: &str) -> Result<f64> {
         found: text.into(),
     };
     Err(form.typed(format!("{flag} {text}")).into())
-}
-
-#[derive(Args)]
-pub struct Cases {
-    #[command(flatten)]
-    bicycle: BicycleArguments,
-    /// Print JSON instead of a table
-    #[arg(long)]
-    json: bool,
-    /// Figure to write besides, SVG
-    #[arg(short, long, value_name = "FILE")]
-    out: Option<PathBuf>,
-}
-
-/// A row of the figure every 5 ms.
-const INTERVAL: f64 = 0.005;
-
-/// The nine cases of a bicycle, one after the other.
-pub fn courses(bicycle: &Bicycle) -> Result<Vec<Course>> {
-    let run = |case: cases::Case| {
-        let ran = case.run(
-            &bicycle.parameters,
-            bicycle.formulation,
-            bicycle.input,
-            INTERVAL,
-        );
-        ran.with_context(|| format!("case {}", case.number))
-    };
-    cases::all().into_iter().map(run).collect()
-}
-
-impl Cases {
-    pub fn run(&self) -> Result<()> {
-        let bicycle = self.bicycle.open()?;
-        let courses = courses(&bicycle)?;
-        if let Some(path) = &self.out {
-            identify::file::write(path, figure::cases(&courses))?;
-        }
-        let rows: Vec<_> = courses
-            .iter()
-            .map(|course| {
-                json!({
-                    "case": course.case.number,
-                    "trail": course.case.trail,
-                    "cog_to_rear": course.case.cog_to_rear,
-                    "end_time": course.end_time(),
-                    "stop": course.stop.map_or("end", |stop| stop.name()),
-                    "amplitude_deg": course.amplitude().map(f64::to_degrees),
-                })
-            })
-            .collect();
-        let output = Output {
-            json: self.json,
-            out: None,
-        };
-        output.json_or(&json!({ "cases": rows }), || table(&courses))
-    }
-}
-
-fn table(courses: &[Course]) -> String {
-    let mut text =
-        String::from("case  trail [m]  cog_to_rear [m]  ends [s]  why          amplitude [deg]\n");
-    for course in courses {
-        let cases::Case {
-            number,
-            trail,
-            cog_to_rear,
-        } = course.case;
-        let why = course.stop.map_or("end", |stop| stop.name());
-        let amplitude = course
-            .amplitude()
-            .map_or_else(|| "–".into(), |a| format!("{:.3}", a.to_degrees()));
-        let _ = writeln!(
-            text,
-            "{number:4}  {trail:9.3}  {cog_to_rear:15.2}  {:8.3}  {why:11}  {amplitude:>15}",
-            course.end_time()
-        );
-    }
-    text
 }
