@@ -157,7 +157,7 @@ fn end(course: &Course) -> String {
         None => {
             let swings = course
                 .dominant_frequency()
-                .map_or(String::new(), |f| format!(", {f:.2} Hz"));
+                .map_or(String::new(), |f| format!(" at {f:.2} Hz"));
             format!("{:.2}°{swings}", amplitude(course))
         }
     }

@@ -58,6 +58,9 @@ impl Cases {
             None => cases::all().to_vec(),
         };
         let bicycle = self.bicycle.open()?;
+        for case in &of {
+            check(&bicycle, *case)?;
+        }
         let courses = courses(&bicycle, &of)?;
         if let Some(path) = &self.out {
             file::write(path, figure::cases(&courses))?;
@@ -85,6 +88,22 @@ fn masses(typed: &[String]) -> Typed<Vec<f64>> {
     let mass = |text: &String| admit(row, unit::parse(text, row.unit, row.name)?);
     let read = |text: &String| mass(text).map_err(|e| e.typed(format!("--loads {text}")));
     typed.iter().map(read).collect()
+}
+
+/// Says what is odd about the loaded bicycle of a case, and refuses one that cannot be ridden.
+fn check(bicycle: &Bicycle, case: Case) -> Result<()> {
+    let mut loaded = Bicycle {
+        parameters: case.parameters(&bicycle.parameters),
+        notes: Vec::new(),
+        ..bicycle.clone()
+    };
+    loaded
+        .check()
+        .with_context(|| format!("case {}", case.number))?;
+    for note in loaded.notes {
+        eprintln!("note: case {}: {note}", case.number);
+    }
+    Ok(())
 }
 
 /// What a case gave: its course, and the linear bicycle behind it.
