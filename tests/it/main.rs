@@ -1,5 +1,6 @@
 //! The house from outside.
 
+mod cases;
 mod claims;
 mod fmu;
 mod fuzz;
