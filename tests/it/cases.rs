@@ -27,7 +27,7 @@ fn loads_stand_in_for_centres_of_mass() {
     let folder = tempfile::tempdir().expect("a folder");
     let said = json(
         folder.path(),
-        "cases --bicycle browser-jason --loads 0,10kg,20000g --json",
+        "cases --bicycle browser-jason --loads 0,10kg,20 --json",
     );
     assert_eq!(said["formulation"], "whipple", "what its file says");
     let cases = said["cases"].as_array().expect("cases");
