@@ -1,7 +1,7 @@
 //! The laws of the model, its numbers and its documents.
 
-mod course;
 mod cases;
+mod course;
 mod draw;
 mod equations;
 mod follow;

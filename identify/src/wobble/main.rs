@@ -4,8 +4,8 @@
 //! that failed, 2 a call that was wrong.
 
 mod arguments;
-mod course;
 mod cases;
+mod course;
 mod demo;
 mod fitting;
 mod fmu;
