@@ -8,6 +8,7 @@ mod layout;
 
 pub use layout::{Circle, LaneChange, Layout, Slalom, Straight};
 
+use crate::quantity::{self, Quantity, Variability};
 use crate::real::Real;
 use crate::simulate::rk4;
 use crate::state::Path;
@@ -16,6 +17,20 @@ use num_dual::Dual2SVec64;
 /// Arc length between stations [m]: with curvatures up to 2 1/m the cubic between two of them is
 /// off by less than a micrometre.
 const SPACING: f64 = 0.01;
+
+/// What a ride along a course shows besides the outputs of the bicycle.
+pub const LATERAL_OFFSET: Quantity = Quantity {
+    name: "lateral_offset",
+    symbol: "e",
+    unit: quantity::M,
+    nominal: 0.0,
+    min: f64::NEG_INFINITY,
+    max: f64::INFINITY,
+    measured: None,
+    variability: Variability::Continuous,
+    what: "Distance of the rear contact from the course, left positive",
+    source: "course",
+};
 
 /// A point of a course.
 #[derive(Debug, Clone, Copy, PartialEq)]

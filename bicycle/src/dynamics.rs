@@ -102,7 +102,7 @@ pub struct Bicycle<T = f64> {
     pub fork_offset: T,
     /// Rear normal load [N].
     pub rear_wheel_load: T,
-    /// The inertia on the left of (9) [kg m²].
+    /// The inertia on the left of (9), or `I_Aλλ` of the four-body bicycle [kg m²].
     pub steering_inertia: T,
     /// The four-body bicycle, where the formulation asks for it.
     pub four_bodies: Option<FourBodies<T>>,
@@ -116,15 +116,15 @@ impl<T: Real> Bicycle<T> {
         let lumps = mass::loaded(p);
         let (sin_caster, cos_caster) = p.caster_angle.sin_cos();
         let wheel = p.front_wheel_mass * p.trail * p.trail;
-        let steering_inertia = match formulation {
-            Formulation::Printed => p.steer_inertia + lumps.roll_inertia + wheel,
-            Formulation::Minimal | Formulation::Repaired => p.steer_inertia + wheel,
-            Formulation::Whipple | Formulation::WhippleSlip => p.steer_inertia,
-        };
         let front_load = lumps.total_mass * p.gravity * lumps.cog_to_rear / p.wheelbase;
         let four_bodies = formulation
             .has_four_bodies()
             .then(|| FourBodies::new(p, &lumps));
+        let steering_inertia = match (&four_bodies, formulation) {
+            (Some(bodies), _) => bodies.steer_inertia,
+            (None, Formulation::Printed) => p.steer_inertia + lumps.roll_inertia + wheel,
+            (None, _) => p.steer_inertia + wheel,
+        };
         Self {
             p: *p,
             formulation,

@@ -1,4 +1,5 @@
-//! The nonlinear bicycle with a rear load: one parameter table, the equations, a stepper.
+//! The bicycle with a rear load: one parameter table, the paper's nonlinear equations and the
+//! four-body bicycle of the literature, a stepper.
 //!
 //! Signs are ISO 8855: x forward, y left, z up, origin at the rear contact point; roll > 0 leans
 //! right, steer > 0 and yaw > 0 turn left. Units are SI. The equations, as printed and as coded,

@@ -27,8 +27,8 @@ rows! {
         front_wheel_radius: "r_f" M = 0.308, in [0.1, 0.5], "Radius of the front wheel", "paper, Table 4";
         rear_wheel_radius: "r_r" M = 0.308, in [0.1, 0.5], "Radius of the rear wheel", "paper, Table 4";
         trail: "L_3" M = 0.085, in [-0.1, 0.2], "Mechanical trail", "paper, Table 5, step +1";
-        front_wheel_mass: "m_f" KG = 1.8, in [0.5, 10.0], measured [1.5, 3.5], "Mass of the front wheel", "Moore 2012, BicycleParameters data: 1.5–3.5 kg";
-        steer_inertia: "I_h" KG_M2 = 0.14, in [0.001, 1.0], measured [0.07, 0.25], "Inertia of the steering assembly about the steer axis", "Moore 2012, measured bicycles .07–.25 (the paper's Table 4 prints .00181)";
+        front_wheel_mass: "m_f" KG = 1.8, in [0.5, 10.0], measured [1.5, 3.5], "Mass of the front wheel (not the whipple formulations)", "Moore 2012, BicycleParameters data: 1.5–3.5 kg";
+        steer_inertia: "I_h" KG_M2 = 0.14, in [0.001, 1.0], measured [0.07, 0.25], "Inertia of the steering assembly about the steer axis; that of the whipple formulations follows from the front assembly", "Moore 2012, measured bicycles .07–.25 (the paper's Table 4 prints .00181)";
         front_assembly_mass: "m_A" KG = 5.24, in [0.5, 30.0], "Mass of fork, bar and front wheel (whipple formulations)", "Batavus Browser, BicycleParameters data";
         front_assembly_x: "x_A" M = 0.859, in [0.0, 2.0], "Centre of mass of the front assembly, forward of the rear contact (whipple formulations)", "Batavus Browser: .156 m behind the front contact";
         front_assembly_h: "h_A" M = 0.592, in [0.1, 1.5], "Centre of mass of the front assembly above the ground (whipple formulations)", "Batavus Browser, BicycleParameters data";
@@ -37,13 +37,13 @@ rows! {
         front_assembly_inertia_zz: "I_Azz" KG_M2 = 0.264, in [0.001, 10.0], "Yaw inertia of the front assembly about its centre of mass (whipple formulations)", "Batavus Browser, BicycleParameters data";
         front_wheel_inertia: "I_f" KG_M2 = 0.11, in [0.01, 1.0], measured [0.08, 0.19], "Spin inertia of the front wheel", "Moore 2012, measured bicycles .08–.19";
         rear_wheel_inertia: "I_r" KG_M2 = 0.13, in [0.01, 1.0], measured [0.08, 0.20], "Spin inertia of the rear wheel", "Moore 2012, measured bicycles .08–.20";
-        cornering_stiffness: "C_θ" PER_RAD = 14.0, in [2.0, 40.0], measured [8.0, 18.0], "Front cornering stiffness per normal load", "Dressel 2013: 11.46; Dell'Orto 2024: 9.5–16.8; VTI: 17.2";
-        camber_stiffness: "C_φ" PER_RAD = 0.8, in [0.0, 3.0], measured [0.5, 1.1], "Front camber stiffness per normal load", "Dressel 2013: .573; Dell'Orto 2024: .60–.98";
+        cornering_stiffness: "C_θ" PER_RAD = 14.0, in [2.0, 40.0], measured [8.0, 18.0], "Front cornering stiffness per normal load (not whipple)", "Dressel 2013: 11.46; Dell'Orto 2024: 9.5–16.8; VTI: 17.2";
+        camber_stiffness: "C_φ" PER_RAD = 0.8, in [0.0, 3.0], measured [0.5, 1.1], "Front camber stiffness per normal load (not whipple)", "Dressel 2013: .573; Dell'Orto 2024: .60–.98";
         rear_cornering_stiffness: "C_θR" PER_RAD = 14.0, in [2.0, 40.0], measured [8.0, 18.0], "Rear cornering stiffness per normal load (whipple_slip)", "as cornering_stiffness";
         rear_camber_stiffness: "C_φR" PER_RAD = 0.8, in [0.0, 3.0], measured [0.5, 1.1], "Rear camber stiffness per normal load (whipple_slip)", "as camber_stiffness";
         viscous_friction: "c" N_M_S_PER_RAD = 0.30, in [0.0, 5.0], measured [0.2, 0.4], "Viscous friction of the steering", "Moore 2012: .34 ± .04; Delft steer-by-wire bicycle: .2–.3";
         coulomb_friction: "d" N_M = 0.15, in [0.0, 3.0], measured [0.1, 0.2], "Coulomb friction of the steering", "Moore 2012: .15 ± .05; Delft steer-by-wire firmware: .2";
-        steer_smoothing: "ε_θ" RAD = 1e-3, in [0.0, 0.1], "Width over which sign θ is smoothed, 0 the jump", "identified: error on bounded rides 3e-4 rad in the median, on the nine cases up to 4e-3 rad";
+        steer_smoothing: "ε_θ" RAD = 1e-3, in [0.0, 0.1], "Width over which sign θ is smoothed, 0 the jump (not the whipple formulations)", "identified: error on bounded rides 3e-4 rad in the median, on the nine cases up to 4e-3 rad";
         steer_rate_smoothing: "ε_θ̇" RAD_PER_S = 1e-2, in [0.0, 1.0], "Width over which sign θ̇ is smoothed, 0 the jump", "identified: error on bounded rides 3e-4 rad in the median, on the nine cases up to 4e-3 rad";
         steer_limit: "θ_max" RAD = 85.0 * DEGREE, in [10.0 * DEGREE, 89.0 * DEGREE], "Steer angle at which a simulation ends", "assumed: 90° of the paper is a singular barrier of (8) and (9)";
         rear_load: "m_l" KG = 0.0, in [0.0, 100.0], "Mass on the rear carrier", "composition";
@@ -68,7 +68,7 @@ rows! {
         steer_rate_start: "θ̇_0" RAD_PER_S = 0.0, in [-50.0, 50.0], "Steer rate at the start", "paper, Table 2: 0";
         roll_start: "φ_0" RAD = 0.0, in [-1.5, 1.5], "Roll angle at the start", "assumed: upright (Table 2: −5° in the nine cases)";
         steer_start: "θ_0" RAD = 0.0, in [-1.5, 1.5], "Steer angle at the start", "assumed: straight (Table 2: 1° in the nine cases)";
-        yaw_rate_start: "ψ̇_0" RAD_PER_S = 0.0, in [-10.0, 10.0], "Yaw rate at the start", "assumed: straight (Table 2: 2 rad/s in the nine cases)";
+        yaw_rate_start: "ψ̇_0" RAD_PER_S = 0.0, in [-10.0, 10.0], "Yaw rate at the start; in whipple it follows from the steering", "assumed: straight (Table 2: 2 rad/s in the nine cases)";
     }
 }
 

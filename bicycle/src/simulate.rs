@@ -12,7 +12,7 @@ mod stop;
 mod travel;
 
 pub use jump::output;
-pub use stability::{Refusal, stability_limit};
+pub use stability::{Refusal, check, stability_limit};
 pub use stop::Stop;
 
 use crate::dynamics::{self, Bicycle, Formulation};

@@ -38,7 +38,7 @@ rows! {
     /// What acts on the bicycle from outside.
     Input;
     Continuous {
-        speed: "V" M_PER_S = 8.0 / 3.6, in [0.0, 20.0], "Forward speed; above 0 in all formulations but whipple", "paper, section 3.1: 8.0 km/h";
+        speed: "V" M_PER_S = 8.0 / 3.6, in [0.0, 20.0], "Forward speed; above 0 in all formulations but whipple, whose equations are those of constant speed", "paper, section 3.1: 8.0 km/h";
         steer_torque: "τ" N_M = 0.0, in [-1000.0, 1000.0], "Steer torque added to the rider law, left positive", "input; range assumed: beyond any rider";
         assist_torque: "τ_a" N_M = 0.0, in [-1000.0, 1000.0], "Steer torque of the assist motor, left positive", "input; range assumed: beyond any motor";
         roll_moment: "M_φ" N_M = 0.0, in [-10000.0, 10000.0], "Roll moment on the frame, right positive", "input; range assumed: beyond any gust";
@@ -67,9 +67,9 @@ rows! {
         lateral_velocity: "v_y" M_PER_S = 0.0, in [-FREE, FREE], "Lateral velocity of the rear contact, left positive; 0 where the rear wheel does not slip: all but whipple_slip", "state";
         front_load: "F_z" N = 0.0, in [-FREE, FREE], "Front normal load", "M g L_1/L with the load on board";
         rider_torque: "τ_h" N_M = 0.0, in [-FREE, FREE], "Steer torque of the rider law, left positive", "rider law";
-        steer_acceleration: "θ̈" RAD_PER_S2 = 0.0, in [-FREE, FREE], "Steer acceleration, left positive", "paper, (9)";
-        roll_acceleration: "φ̈" RAD_PER_S2 = 0.0, in [-FREE, FREE], "Roll acceleration, right positive", "paper, (8)";
-        yaw_acceleration: "ψ̈" RAD_PER_S2 = 0.0, in [-FREE, FREE], "Yaw acceleration, left positive", "paper, (7)";
+        steer_acceleration: "θ̈" RAD_PER_S2 = 0.0, in [-FREE, FREE], "Steer acceleration, left positive", "paper, (9); the four-body bicycle";
+        roll_acceleration: "φ̈" RAD_PER_S2 = 0.0, in [-FREE, FREE], "Roll acceleration, right positive", "paper, (8); the four-body bicycle";
+        yaw_acceleration: "ψ̈" RAD_PER_S2 = 0.0, in [-FREE, FREE], "Yaw acceleration, left positive; in whipple at constant speed", "paper, (7); the four-body bicycle";
         x_rate: "ẋ" M_PER_S = 0.0, in [-FREE, FREE], "Velocity of the rear contact point, forward", "V cos ψ − v_y sin ψ";
         y_rate: "ẏ" M_PER_S = 0.0, in [-FREE, FREE], "Velocity of the rear contact point, left", "V sin ψ + v_y cos ψ";
         front_lateral_force: "F_F" N = 0.0, in [-FREE, FREE], "Lateral force of the front tyre, left positive", "F_θ − F_φ, after the relaxation length; without slip what the constraint takes";

@@ -3,8 +3,8 @@
 //!
 //! Meijaard, Papadopoulos, Ruina, Schwab 2007 (Proc. R. Soc. A 463:1955), appendix A, below "(A n)".
 //! **Literature's signs**: z down, so `v_y`, yaw rate r, steer δ and its torque are right positive.
-//! The marked door is [`FourBodies::rate`] and [`FourBodies::constraint_forces`], which take and give
-//! ISO 8855; the matrices are the literature's, number for number. With tyres (extended here by
+//! The marked door are the functions that take a [`State`]: these take and give ISO 8855; the matrices
+//! are the literature's, number for number. With tyres (extended here by
 //! camber thrust and friction as in (5), (6) and (9)):
 //!
 //! ```text

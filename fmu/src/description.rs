@@ -41,8 +41,8 @@ pub(crate) fn description_from(starts: &Starts) -> ModelDescription {
     let mut description = ModelDescription {
         model_name: MODEL_IDENTIFIER.to_owned(),
         description: Some(
-            "Nonlinear bicycle with slipping front tyre, steering friction, a rider and a load \
-             on the rear carrier"
+            "Bicycle with slipping tyres, steering friction, a rider and a load on the rear \
+             carrier: nonlinear equations or the four-body bicycle"
                 .to_owned(),
         ),
         author: Some("the wobble authors".to_owned()),

@@ -21,7 +21,7 @@ use crate::file;
 use crate::unit;
 use bicycle::mass::{self, Body};
 use bicycle::quantity::{KG, M, Quantity};
-use bicycle::simulate::Refusal;
+use bicycle::simulate;
 use bicycle::{Excitation, Formulation, Input, Parameters};
 use written::Written;
 
@@ -220,22 +220,14 @@ impl Bicycle {
         Ok(())
     }
 
-    /// Refuses a bicycle that no matter makes, for single rows may be set to that, and one whose
-    /// load lifts the front wheel; notes one whose front wheel carries little.
+    /// Refuses a bicycle that cannot be, for single rows may be set to that: a body that no matter
+    /// makes, a lifted wheel, a speed its formulation does not know. Notes one whose front wheel
+    /// carries little.
     pub fn check(&mut self) -> Result<()> {
         let p = &self.parameters;
-        let found = p.lumps().body();
-        if !found.is_possible() {
-            return Err(Error::Body {
-                body: "bicycle and rider",
-                found,
-                hint: " (the rows of the inertias are about the rear contact)",
-            });
-        }
-        let front_load = bicycle::Bicycle::new(p, self.formulation).front_load;
-        if front_load <= 0.0 {
-            return Err(Refusal::FrontLifted { front_load }.into());
-        }
+        let bicycle = bicycle::Bicycle::new(p, self.formulation);
+        simulate::check(&bicycle, self.input.speed)?;
+        let front_load = bicycle.front_load;
         let share = front_load / (mass::loaded(p).total_mass * p.gravity);
         if share < LIGHT {
             self.notes.push(format!(

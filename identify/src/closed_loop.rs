@@ -134,7 +134,9 @@ fn stationary(a: &DMatrix<f64>, b: &DVector<f64>, rate: f64) -> Option<DMatrix<f
     right[entries - 1] = -2.0 * rate;
     let p = system.lu().solve(&right)?;
     let p = DMatrix::from_fn(n - 1, n - 1, |i, j| p[index(i, j)]);
-    (p.iter().all(|v| v.is_finite()) && p.clone().cholesky().is_some()).then_some(p)
+    // variances that are none come of a loop that is not stable
+    let is_covariance = p.iter().all(|v| v.is_finite()) && p.diagonal().iter().all(|v| *v > 0.0);
+    is_covariance.then_some(p)
 }
 
 impl ClosedLoop {
@@ -192,6 +194,9 @@ impl ClosedLoop {
                 )));
             }
             if change < 1e-13 || pass == PASSES {
+                if linear::eigenvalues(&state)[0].re >= 0.0 {
+                    return Err(unstable());
+                }
                 return Ok(Self {
                     state,
                     torque,

@@ -260,14 +260,10 @@ pub enum Error {
     /// A mass or inertia that no matter has.
     #[error(
         "expected {body} of positive mass and positive definite inertia, found {:.3} kg and {:.3} \
-         (xx), {:.3} (zz), {:.3} (xz) kg.m2 about the centre of mass{hint}", found.mass,
+         (xx), {:.3} (zz), {:.3} (xz) kg.m2 about the centre of mass", found.mass,
         found.roll_inertia, found.yaw_inertia, found.cross_inertia
     )]
-    Body {
-        body: &'static str,
-        found: Body,
-        hint: &'static str,
-    },
+    Body { body: &'static str, found: Body },
 
     // ── spectra and fits ───────────────────────────────────────────────────────────────────
     /// A band that is none.
@@ -354,6 +350,19 @@ pub enum Error {
         objective: &'static str,
         why: &'static str,
     },
+    /// A channel in which a formulation moves nothing.
+    #[error("channel {channel}: {formulation} moves nothing there; it moves {moved}")]
+    Unmoved {
+        channel: &'static str,
+        formulation: &'static str,
+        moved: String,
+    },
+    /// Equations too stiff to be replayed.
+    #[error(
+        "expected a bicycle whose equations allow steps of {expected:.1e} s, found a stability limit \
+         of {limit:.1e} s"
+    )]
+    Stiff { limit: f64, expected: f64 },
     /// A jump where only smooth equations are replayed.
     #[error(
         "{name}: expected a width above 0 with objective time, whose replay needs smooth equations, found 0"

@@ -8,7 +8,7 @@ use crate::objective::spectral::{Measured, Spectral};
 use crate::objective::time::{Replay, Time};
 use crate::objective::whittle::Whittle;
 use crate::objective::{Information, Objective};
-use crate::plan::{Plan, Resolved, resolve};
+use crate::plan::{Plan, Resolved, left_alone, resolve};
 use crate::ride::Ride;
 use crate::solver::{Landscape, Limits, Outcome, minimise};
 use crate::verdict::{Estimate, Verdict, judge};
@@ -102,7 +102,9 @@ pub fn fit(ride: &Ride, plan: &Plan, progress: &dyn Fn(&str)) -> Result<Fit> {
             (plan.speed, plan.window),
             noise,
         )?;
-        return fit_time(&problem, plan, progress);
+        let mut fit = fit_time(&problem, plan, progress)?;
+        fit.notes.extend(left_alone(&free, plan));
+        return Ok(fit);
     }
     let measured = Measured::new(ride, &channels, &recipe, plan.speed, noise)?;
     let spectral = Spectral {
@@ -133,7 +135,8 @@ pub fn fit(ride: &Ride, plan: &Plan, progress: &dyn Fn(&str)) -> Result<Fit> {
         judge_at(&free, outcome, work, misfit, |z| problem.information(z))?
     };
     let closed_loop = spectral.closed_loop(&judged.outcome.point)?;
-    let notes = notes(&spectral, &judged.outcome.point, &closed_loop);
+    let mut notes = notes(&spectral, &judged.outcome.point, &closed_loop);
+    notes.extend(left_alone(&free, plan));
     Ok(Fit {
         observations,
         steer_rate_deviation: Some(closed_loop.steer_rate_deviation()),
@@ -325,7 +328,7 @@ fn fit_time(problem: &Time, plan: &Plan, progress: &dyn Fn(&str)) -> Result<Fit>
         .saturating_sub(outcome.point.len())
         .max(1);
     let misfit = 2.0 * outcome.cost / freedom as f64;
-    let replays = problem.replays(&outcome.point);
+    let replays = problem.replays(&outcome.point)?;
     let judged = judge_at(free, outcome, work, misfit, |z| problem.information(z))?;
     let note = format!(
         "{} windows of {} s, each with a free initial state; standard errors from the scatter between windows",

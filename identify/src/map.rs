@@ -50,6 +50,7 @@ const TURNED: &[&str] = &[
     "front_lateral_force",
     "front_lateral_force_rate",
     "rear_lateral_force_rate",
+    "lateral_offset",
 ];
 
 /// A sign convention.

@@ -5,7 +5,8 @@ use crate::free::{ALL, Candidate, Free};
 use crate::objective::{Objective, Unknowns};
 use crate::ride::Ride;
 use crate::spectrum::{Recipe, Taper};
-use bicycle::{Excitation, Formulation, Parameters};
+use bicycle::simulate;
+use bicycle::{Bicycle, Excitation, Formulation, Parameters, State};
 
 /// What is asked of a fit. `None` leaves the choice to what the ride has recorded.
 #[derive(Debug, Clone)]
@@ -103,6 +104,9 @@ pub fn resolve(ride: &Ride, plan: &Plan) -> Result<Resolved> {
             });
         }
     }
+    let bicycle = Bicycle::new(&plan.parameters, plan.formulation);
+    simulate::check(&bicycle, ride.mean_speed(plan.speed))?;
+    check_moved(&channels, &bicycle)?;
     let mut free = if let Some(free) = &plan.free {
         free.clone()
     } else {
@@ -147,6 +151,39 @@ pub fn resolve(ride: &Ride, plan: &Plan) -> Result<Resolved> {
             ..plan.recipe.clone()
         },
     })
+}
+
+/// What a fit leaves as it is though its user may take it for sought.
+pub fn left_alone(free: &[Free], plan: &Plan) -> Option<String> {
+    let is_free = |name: &str| free.iter().any(|f| f.row.name == name);
+    let slips = plan.formulation == Formulation::WhippleSlip;
+    let p = &plan.parameters;
+    (slips && is_free("cornering_stiffness") && !is_free("rear_cornering_stiffness")).then(|| {
+        format!(
+            "only the front tyre is sought: rear_cornering_stiffness stays {} 1/rad, \
+             rear_camber_stiffness {} 1/rad",
+            p.rear_cornering_stiffness, p.rear_camber_stiffness
+        )
+    })
+}
+
+/// Refuses a channel in which the bicycle does not move.
+fn check_moved(channels: &[&'static str], bicycle: &Bicycle) -> Result<()> {
+    let moved = State::TABLE.iter().enumerate().filter_map(|(i, row)| {
+        // without slip the yaw rate is no state but follows from the steering
+        (i < bicycle.order() || row.name == "yaw_rate").then_some(row.name)
+    });
+    let still = channels.iter().find(|channel| {
+        State::index(channel).is_some() && moved.clone().all(|name| name != **channel)
+    });
+    match still {
+        Some(channel) => Err(Error::Unmoved {
+            channel,
+            formulation: bicycle.formulation.name(),
+            moved: moved.collect::<Vec<_>>().join(", "),
+        }),
+        None => Ok(()),
+    }
 }
 
 /// Effective damping stands for viscous and Coulomb friction together: never both.

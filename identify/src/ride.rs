@@ -6,6 +6,7 @@ mod tests;
 
 use crate::error::{Error, Result};
 use crate::file;
+use bicycle::course::LATERAL_OFFSET;
 use bicycle::quantity::Quantity;
 use bicycle::state::{Input, Output};
 use std::fmt;
@@ -22,9 +23,13 @@ pub(crate) const SPEED: &str = "speed";
 /// Below this speed a bicycle stands [m/s]: neither the model nor a balancing rider lives there.
 pub const STANDSTILL: f64 = 0.5;
 
-/// The rows a channel may have: the outputs and inputs of the bicycle, in the order of the tables.
+/// The rows a channel may have: the outputs and inputs of the bicycle, in the order of the tables,
+/// and where it is beside a course.
 pub fn quantities() -> impl Iterator<Item = &'static Quantity> {
-    Output::TABLE.iter().chain(Input::TABLE)
+    Output::TABLE
+        .iter()
+        .chain(Input::TABLE)
+        .chain([&LATERAL_OFFSET])
 }
 
 /// The row called `name`, or an error with the nearest names.

@@ -2,8 +2,8 @@
 
 use crate::wobble::{data, json};
 
-/// The lumped model does not describe this bicycle well (it wants the four-body formulation); the
-/// fit must run to its end and say so.
+/// Torque gains as uncertain as the friction, and sensors with offsets: no formulation explains
+/// this bicycle's rides to the noise of its sensors. The fit must run to its end and say so.
 #[test]
 fn a_recorded_ride_is_fitted_and_its_misfit_told() {
     let Some(data) = data() else { return };
@@ -16,12 +16,16 @@ fn a_recorded_ride_is_fitted_and_its_misfit_told() {
     let fit = json(folder.path(), &call);
     assert_eq!(fit["objective"], "time");
     assert_eq!(fit["start"]["law_in_loop"], true);
-    assert_eq!(fit["parameters"].as_array().expect("rows").len(), 4);
+    // its wheels do not slip: friction alone is sought
+    assert_eq!(fit["parameters"].as_array().expect("rows").len(), 2);
     let misfit = fit["misfit"].as_f64().expect("a number");
     assert!(
         misfit > 1.5,
-        "the lumped model explains the Delft bicycle? {misfit}"
+        "the model explains the Delft bicycle? {misfit}"
     );
+    // the paper's equations explain the same ride worse
+    let lumped = json(folder.path(), &format!("{call} --formulation repaired"));
+    assert!(lumped["misfit"].as_f64().expect("a number") > 5.0 * misfit);
     for replay in fit["replays"].as_array().expect("channels") {
         assert!(replay["variance_accounted_for"].is_f64(), "{replay}");
     }

@@ -131,7 +131,7 @@ impl Straight {
 
 impl Slalom {
     /// How far before a cone the rear contact is furthest out [m], so that both wheels clear the
-    /// cone by the same distance; 0 where the front wheel then clears it by more.
+    /// cone by the same distance; 0 where the front wheel clears it by more without.
     ///
     /// For small slopes and k = π/d the rear contact at y = A cos k(x + lead − x_n) has the front
     /// contact at y + L y' = A √(1 + k²L²) cos(k(x + lead − x_n) − (kL − atan kL)), x being the
@@ -142,7 +142,10 @@ impl Slalom {
         let kl = k * self.wheelbase;
         let (swing, lag) = ((1.0 + kl * kl).sqrt(), kl - Real::atan(kl));
         let (sin, cos) = Real::sin_cos(lag);
-        Real::atan((1.0 - swing * cos) / (swing * sin)).max(0.0) / k
+        if swing * cos >= 1.0 {
+            return 0.0;
+        }
+        Real::atan((1.0 - swing * cos) / (swing * sin)) / k
     }
 
     /// The course. The swing fades in over one spacing before the first cone and out over one

@@ -19,7 +19,8 @@ pub struct Schedule {
 }
 
 /// Distance between the speeds of a schedule [m/s]; straight lines between designs that far apart
-/// are within a few per cent of the design in between.
+/// are within a few per cent of the design in between, from .5 m/s on. (Below, where a bicycle is
+/// hardly ridden, gains may change sign from one design to the next.)
 const SPEED_STEP: f64 = 0.1;
 
 impl Schedule {
@@ -238,7 +239,9 @@ pub fn follow(
         followed.samples.push(Sample {
             time: bicycle.time(),
             output,
-            place: rider.place(),
+            place: rider
+                .course
+                .locate(output.x, output.y, rider.place().arc_length),
             torque,
         });
         if followed.stop.is_some() || rider.place().arc_length >= rider.course.length() {

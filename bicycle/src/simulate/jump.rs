@@ -220,7 +220,12 @@ impl Mode {
         path: &Path<T>,
         u: &Input<T>,
     ) -> Output<T> {
-        let seen = output_with(b, x, path, u, &self.nonlinear(b, x, u));
+        let mut seen = output_with(b, x, path, u, &self.nonlinear(b, x, u));
+        // the side to which a straight fork is on its way is no matter of where it is seen
+        let trail_jumps = b.four_bodies.is_none() && b.p.steer_smoothing.is_zero();
+        if trail_jumps && x.steer.is_zero() {
+            seen.effective_trail = b.p.trail * x.roll.cos();
+        }
         match self {
             Self::Moving(_) => seen,
             Self::Held(_) => Output {

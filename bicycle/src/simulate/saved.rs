@@ -44,7 +44,7 @@ impl From<Simulation> for Saved {
 impl TryFrom<Saved> for Simulation {
     type Error = String;
 
-    /// Refuses what no simulation could have become.
+    /// Refuses rows outside their ranges, numbers and times that no simulation has.
     fn try_from(saved: Saved) -> Result<Self, String> {
         check_rows(&saved.parameters)?;
         let simulation = Self {

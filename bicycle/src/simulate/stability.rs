@@ -16,10 +16,12 @@ pub enum Refusal {
         /// The longest stable step [s].
         limit: f64,
     },
-    /// The load lifts the front wheel.
-    FrontLifted {
-        /// Front normal load [N].
-        front_load: f64,
+    /// A wheel is lifted: the centre of mass lies outside the wheelbase.
+    Lifted {
+        /// Front or rear.
+        wheel: &'static str,
+        /// Its normal load [N].
+        load: f64,
     },
     /// The formulation does not know this speed: none runs backwards, and only one without slip
     /// stands.
@@ -29,7 +31,7 @@ pub enum Refusal {
         /// The formulation.
         formulation: Formulation,
     },
-    /// A body of the four-body bicycle has a mass or inertia that no matter has.
+    /// A body has a mass or inertia that no matter has.
     Body {
         /// Which.
         name: &'static str,
@@ -46,12 +48,10 @@ impl fmt::Display for Refusal {
                 "internal_step: expected less than {limit:.3e} s, the stability limit of these \
                  parameters at this speed, found {step:.3e} s"
             ),
-            Self::FrontLifted { front_load } => {
-                write!(
-                    f,
-                    "expected a front wheel on the ground, found a front load of {front_load:.1} N"
-                )
-            }
+            Self::Lifted { wheel, load } => write!(
+                f,
+                "expected a {wheel} wheel on the ground, found a {wheel} load of {load:.1} N"
+            ),
             Self::Speed { speed, formulation } => {
                 let expected = match formulation {
                     Formulation::Whipple => "0 m/s or more",
@@ -74,6 +74,42 @@ impl fmt::Display for Refusal {
 }
 
 impl std::error::Error for Refusal {}
+
+/// Refuses what no equation of motion says anything about: a speed that the formulation does not
+/// know [m/s], a lifted wheel, a body that no matter makes.
+pub fn check(b: &Bicycle, speed: f64) -> Result<(), Refusal> {
+    check_speed(b, speed)?;
+    for (wheel, load) in [("front", b.front_load), ("rear", b.rear_wheel_load)] {
+        if load <= 0.0 {
+            return Err(Refusal::Lifted { wheel, load });
+        }
+    }
+    let front = b.p.front_assembly();
+    let bodies = [
+        ("bicycle, rider and load", b.lumps.body()),
+        ("the front assembly", front),
+        (
+            "the rear frame with rider and load",
+            b.lumps.without(&front),
+        ),
+    ];
+    // only the four-body bicycle has a front assembly
+    let known = if b.four_bodies.is_some() { 3 } else { 1 };
+    let impossible = bodies[..known].iter().find(|(_, body)| !body.is_possible());
+    match impossible {
+        Some(&(name, body)) => Err(Refusal::Body { name, body }),
+        None => Ok(()),
+    }
+}
+
+fn check_speed(b: &Bicycle, speed: f64) -> Result<(), Refusal> {
+    let stands = speed == 0.0 && b.formulation == Formulation::Whipple;
+    if speed > 0.0 || stands {
+        return Ok(());
+    }
+    let formulation = b.formulation;
+    Err(Refusal::Speed { speed, formulation })
+}
 
 /// Every z = h λ with Re z ≤ 0 and |z| up to this lies in the stability region of [`super::rk4`];
 /// its border comes nearest to the origin, 2.616, at 123° (2.785 on the real, 2.828 on the
@@ -133,24 +169,7 @@ impl StableSpeeds {
     /// What is known of a bicycle at its first speed: the conditions under which explicit steps
     /// make sense.
     pub fn around(b: &Bicycle, speed: f64) -> Result<Self, Refusal> {
-        if b.front_load <= 0.0 {
-            return Err(Refusal::FrontLifted {
-                front_load: b.front_load,
-            });
-        }
-        if b.four_bodies.is_some() {
-            let front = b.p.front_assembly();
-            let bodies = [
-                ("the front assembly", front),
-                (
-                    "the rear frame with rider and load",
-                    b.lumps.without(&front),
-                ),
-            ];
-            if let Some((name, body)) = bodies.into_iter().find(|(_, body)| !body.is_possible()) {
-                return Err(Refusal::Body { name, body });
-            }
-        }
+        check(b, speed)?;
         let mut stable = Self::NONE;
         stable.admit(b, speed)?;
         Ok(stable)
@@ -163,11 +182,7 @@ impl StableSpeeds {
         if self.holds(speed) {
             return Ok(());
         }
-        let stands = speed == 0.0 && b.formulation == Formulation::Whipple;
-        if !(speed > 0.0 || stands) {
-            let formulation = b.formulation;
-            return Err(Refusal::Speed { speed, formulation });
-        }
+        check_speed(b, speed)?;
         let (step, limit) = (b.p.internal_step, stability_limit(b, speed));
         if step > limit {
             return Err(Refusal::StepTooLong { step, limit });

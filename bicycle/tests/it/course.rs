@@ -99,6 +99,19 @@ fn layouts_are_told_by_the_rows_of_their_tables() {
 
 #[test]
 fn lead_shares_the_room_between_the_wheels() {
+    // nearer than a wheelbase or further: the front wheel, √(1 + k²L²) cos(kL − atan kL − ζ) times
+    // as far out as the rear one, clears the cone by as much as that or by more
+    for tenths in 5..60 {
+        let slalom = Slalom {
+            cone_spacing: 0.1 * f64::from(tenths),
+            ..Slalom::default()
+        };
+        let k = PI / slalom.cone_spacing;
+        let kl = k * slalom.wheelbase;
+        let zeta = k * slalom.lead();
+        let front = kl.hypot(1.0) * (kl - kl.atan() - zeta).cos();
+        assert!(front > zeta.cos() - 1e-12, "{slalom:?}: {front}");
+    }
     // on the course itself, with a swing so small that slopes are: both clear by A cos ζ
     let slalom = Slalom {
         amplitude: 1e-4,

@@ -1,5 +1,6 @@
 //! Random bicycles, states and inputs, each row within its range.
 
+use bicycle::mass::{self, Body};
 use bicycle::{Input, Parameters, Quantity, State};
 use proptest::prelude::*;
 
@@ -16,6 +17,23 @@ fn rows<const N: usize>(table: &'static [Quantity], bound: f64) -> impl Strategy
 /// Any bicycle the doors let in, each row by itself.
 pub fn parameters() -> impl Strategy<Value = Parameters> {
     rows(Parameters::TABLE, f64::MAX).prop_map(Parameters::from_array)
+}
+
+/// Any bicycle that matter makes: its own inertias drawn, on the wheels it has.
+pub fn possible() -> impl Strategy<Value = Parameters> {
+    parameters().prop_map(|mut p| {
+        let (roll_inertia, yaw_inertia) = (0.1 * p.roll_inertia, 0.1 * p.yaw_inertia);
+        p.set_lumps(mass::compose(&[Body {
+            mass: p.total_mass.max(20.0),
+            x: p.cog_to_rear.min(0.8 * p.wheelbase),
+            h: p.cog_height,
+            roll_inertia,
+            yaw_inertia,
+            cross_inertia: p.cross_inertia / 1000.0 * (roll_inertia * yaw_inertia).sqrt(),
+        }]));
+        p.set_front_assembly(Parameters::default().front_assembly());
+        p
+    })
 }
 
 /// Angles and rates up to ±1.4 rad, rad/s: on both sides of everything but the barrier at 90°.

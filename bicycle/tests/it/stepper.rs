@@ -191,8 +191,22 @@ fn a_lifted_front_wheel_is_refused() {
     // (92.5 · .339 − 100 · .4) kg m · g/L
     let expected = (p.total_mass * p.cog_to_rear - 40.0) * p.gravity / p.wheelbase;
     match refusal.expect_err("lifted") {
-        Refusal::FrontLifted { front_load } => assert!((front_load - expected).abs() < 1e-9),
+        Refusal::Lifted { wheel, load } => {
+            assert_eq!(wheel, "front");
+            assert!((load - expected).abs() < 1e-9);
+        }
         other => panic!("{other}"),
+    }
+}
+
+/// Each wheel carries something: the centre of mass behind the front contact, before the rear one.
+#[test]
+fn a_lifted_rear_wheel_is_refused() {
+    for formulation in Formulation::ALL {
+        let mut p = Parameters::default();
+        p.set_lumps(p.lumps().moved(p.wheelbase + 0.01, p.cog_height));
+        let refusal = Simulation::new(&p, formulation, Input::default(), 0.0).expect_err("lifted");
+        assert!(matches!(refusal, Refusal::Lifted { wheel: "rear", load } if load < 0.0));
     }
 }
 

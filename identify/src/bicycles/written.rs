@@ -273,10 +273,7 @@ impl WrittenLiterature {
         ];
         let mut bodies = names.into_iter().zip(literature.bodies());
         match bodies.find(|(_, found)| !found.is_possible()) {
-            Some((body, found)) => {
-                let hint = "";
-                Err(Error::Body { body, found, hint }.in_file("[bodies.literature]"))
-            }
+            Some((body, found)) => Err(Error::Body { body, found }.in_file("[bodies.literature]")),
             None => Ok(literature),
         }
     }

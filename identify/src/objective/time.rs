@@ -24,6 +24,8 @@ use num_dual::DualSVec64;
 const LANES: usize = 12;
 /// Longest step of the replay [s]: 1e-3 rad at worst over whole rides, far less in a window.
 const STEP: f64 = 2.5e-3;
+/// Internal steps to a sample at most: what is stiffer is no bicycle that a ride could tell.
+const MOST_PIECES: f64 = 1000.0;
 /// Growth of a start's error over a window, as exponent, beyond which windows are refused.
 const GROWTH: f64 = 1.5;
 
@@ -83,7 +85,7 @@ impl Time {
         } else {
             start.riderless()
         };
-        check_smooth(start, formulation)?;
+        check_smooth(&unknowns, formulation)?;
         let order = Bicycle::new(start, formulation).order();
         check_growth(&replayed, formulation, ride.mean_speed(speed), window)?;
         let length = (window / ride.step()).round() as usize;
@@ -226,11 +228,21 @@ impl Time {
         }
     }
 
-    /// Internal steps to a sample: short enough to be accurate and stable.
-    fn pieces(&self, bicycle: &Bicycle) -> usize {
+    /// Internal steps to a sample: short enough to be accurate and stable at the slowest and the
+    /// fastest speed, but no more than [`MOST_PIECES`].
+    fn pieces(&self, bicycle: &Bicycle) -> Result<usize> {
         let slowest = self.speed.iter().copied().fold(f64::INFINITY, f64::min);
-        let step = STEP.min(0.9 * stability_limit(bicycle, slowest));
-        (self.step / step).ceil() as usize
+        let fastest = self.speed.iter().copied().fold(0.0, f64::max);
+        let limit = stability_limit(bicycle, slowest).min(stability_limit(bicycle, fastest));
+        let pieces = (self.step / STEP.min(0.9 * limit)).ceil();
+        if pieces <= MOST_PIECES {
+            Ok(pieces as usize)
+        } else {
+            Err(Error::Stiff {
+                limit,
+                expected: self.step / MOST_PIECES,
+            })
+        }
     }
 
     fn bicycle(&self, z: &DVector<f64>) -> Bicycle {
@@ -334,8 +346,13 @@ impl Time {
     }
 
     /// The local model of one window alone.
-    fn window(&self, bicycle: &Bicycle, z: &DVector<f64>, window: usize) -> Quadratic {
-        let pieces = self.pieces(bicycle);
+    fn window(
+        &self,
+        bicycle: &Bicycle,
+        pieces: usize,
+        z: &DVector<f64>,
+        window: usize,
+    ) -> Quadratic {
         let residuals = self.residuals(bicycle, pieces, z, window);
         let jacobian = self.jacobian(pieces, z, window);
         let shared = jacobian.columns(0, self.shared());
@@ -357,16 +374,19 @@ impl Time {
 impl Landscape for Time {
     fn cost(&self, z: &DVector<f64>) -> f64 {
         let bicycle = self.bicycle(z);
-        let pieces = self.pieces(&bicycle);
+        let Ok(pieces) = self.pieces(&bicycle) else {
+            return f64::INFINITY;
+        };
         let square = |window| self.residuals(&bicycle, pieces, z, window).norm_squared();
         0.5 * (0..self.windows).map(square).sum::<f64>()
     }
 
     fn quadratic(&self, z: &DVector<f64>) -> Result<Quadratic> {
         let bicycle = self.bicycle(z);
-        let mut sum = self.window(&bicycle, z, 0);
+        let pieces = self.pieces(&bicycle)?;
+        let mut sum = self.window(&bicycle, pieces, z, 0);
         for window in 1..self.windows {
-            let own = self.window(&bicycle, z, window);
+            let own = self.window(&bicycle, pieces, z, window);
             sum.gradient += own.gradient;
             sum.curvature += own.curvature;
             sum.blocks.extend(own.blocks);
@@ -376,8 +396,11 @@ impl Landscape for Time {
 }
 
 /// Refuses jumps: the windows' equations are differentiated.
-fn check_smooth(p: &Parameters, formulation: Formulation) -> Result<()> {
-    if p.steer_rate_smoothing == 0.0 && p.coulomb_friction != 0.0 {
+fn check_smooth(unknowns: &Unknowns, formulation: Formulation) -> Result<()> {
+    let p = &unknowns.start.parameters;
+    let is_free = |name: &str| unknowns.free.iter().any(|free| free.row.name == name);
+    let rubs = p.coulomb_friction != 0.0 || is_free("coulomb_friction");
+    if p.steer_rate_smoothing == 0.0 && rubs {
         let name = "steer_rate_smoothing";
         return Err(Error::Jump { name });
     }
@@ -392,7 +415,7 @@ fn check_smooth(p: &Parameters, formulation: Formulation) -> Result<()> {
 fn check_growth(p: &Parameters, formulation: Formulation, speed: f64, window: f64) -> Result<()> {
     let worst = linear::fastest_growth(p, formulation, speed);
     let limit = GROWTH / worst.re;
-    if worst.re > 0.0 && window > limit {
+    if worst.re.is_nan() || worst.re > 0.0 && window > limit {
         return Err(Error::WindowTooLong {
             window,
             limit,

@@ -5,7 +5,7 @@ use crate::model::outputs;
 use crate::output::{Output, Progress};
 use anyhow::Result;
 use bicycle::Input;
-use bicycle::course::Layout;
+use bicycle::course::{LATERAL_OFFSET, Layout};
 use bicycle::rider::{Followed, Manner, Preview, Sample, Schedule, follow};
 use clap::Args;
 use clap::builder::PossibleValuesParser;
@@ -15,6 +15,9 @@ use identify::trajectory::Trajectory;
 use identify::unit;
 use serde_json::json;
 use std::fmt::Write as _;
+
+/// Looks of a rider at most: hours of riding.
+const MOST_LOOKS: f64 = 5e6;
 
 /// Which course, and how it is ridden.
 #[derive(Args)]
@@ -50,9 +53,18 @@ impl CourseArguments {
             input,
             ..
         } = bicycle;
+        let sample_time = manner.sample_time;
         let schedule = Schedule::at(parameters, *formulation, manner, input.speed)?;
         let course = layout.course();
         let length = course.length();
+        let looks = 2.0 * length / (input.speed * sample_time);
+        if looks > MOST_LOOKS {
+            let expected = 2.0 * length / (MOST_LOOKS * sample_time);
+            let speed = input.speed;
+            anyhow::bail!(
+                "speed: expected at least {expected:.1e} m/s on a course of {length:.1} m, found {speed} m/s"
+            );
+        }
         let ridden = follow(
             parameters,
             *formulation,
@@ -142,7 +154,7 @@ fn write(layout: &Layout, ridden: &Followed, input: &Input, output: &Output) -> 
         let csv = trajectory.to_csv();
         let mut lines = csv.lines();
         let header = lines.next().unwrap_or_default();
-        let mut text = format!("{header},steer_torque[N.m],lateral_offset[m]\n");
+        let mut text = format!("{header},steer_torque[N.m],{}[m]\n", LATERAL_OFFSET.name);
         for ((line, torque), offset) in lines.zip(&steer_torque).zip(&offset) {
             writeln!(text, "{line},{torque},{offset}").expect("a string takes all");
         }

@@ -25,7 +25,7 @@ impl Time {
         all.rows_mut(0, self.shared())
             .copy_from(&z.rows(0, self.shared()));
         let bicycle = self.bicycle(&all);
-        let pieces = self.pieces(&bicycle);
+        let pieces = self.pieces(&bicycle)?;
         let mut replayed =
             vec![Vec::with_capacity(self.windows * self.length); self.channels.len()];
         for window in 0..self.windows {
@@ -49,7 +49,7 @@ impl Time {
             gradient,
             curvature,
             ..
-        } = self.window(bicycle, z, window).blocks.remove(0);
+        } = self.window(bicycle, pieces, z, window).blocks.remove(0);
         let at = self.place(window);
         let before = z.rows(at, self.order).into_owned();
         for damping in [1e-6, 1e-3, 1.0, 1e3] {
@@ -66,14 +66,14 @@ impl Time {
     }
 
     /// How the replay at `z` compares with the record.
-    pub fn replays(&self, z: &DVector<f64>) -> Vec<Replay> {
+    pub fn replays(&self, z: &DVector<f64>) -> Result<Vec<Replay>> {
         let bicycle = self.bicycle(z);
-        let pieces = self.pieces(&bicycle);
+        let pieces = self.pieces(&bicycle)?;
         let residuals: Vec<_> = (0..self.windows)
             .map(|w| self.residuals(&bicycle, pieces, z, w))
             .collect();
         let n = self.channels.len();
-        (0..n)
+        let replays = (0..n)
             .map(|c| {
                 let residual: Vec<f64> = residuals
                     .iter()
@@ -87,7 +87,8 @@ impl Time {
                     residual_rms: power.sqrt(),
                 }
             })
-            .collect()
+            .collect();
+        Ok(replays)
     }
 }
 
