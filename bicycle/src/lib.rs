@@ -25,6 +25,7 @@ pub mod course;
 pub mod dynamics;
 pub mod linear;
 pub mod mass;
+pub mod modes;
 pub mod parameters;
 pub mod quantity;
 pub mod real;

@@ -4,7 +4,8 @@ use crate::dynamics::{Bicycle, Formulation, Nonlinear, derivative, derivative_wi
 use crate::parameters::Parameters;
 use crate::quantity::Quantity;
 use crate::state::{Input, Output, Path, State};
-use nalgebra::{Complex, DMatrix, DVector, SMatrix, Schur};
+use crate::tyre;
+use nalgebra::{Complex, DMatrix, DVector, SMatrix, SVector, Schur};
 use num_dual::{Dual2SVec64, DualSVec64};
 
 /// A linear system about a motion, `ẋ = A x + B u`, `y = C x + D u`, all changes from there. Its
@@ -175,17 +176,85 @@ fn steer_sign_products(p: &Parameters, formulation: Formulation, speed: f64) -> 
     (0..n).map(hessian).collect()
 }
 
+/// ẋ = A(V) x of a bicycle upright, jumps left out, made ready for many speeds: the parameters
+/// become dual numbers once, and no matrix needs memory of its own. N is [`Bicycle::order`].
+#[derive(Debug, Clone)]
+pub(crate) struct Upright<const N: usize> {
+    dual: Bicycle<DualSVec64<N>>,
+    x: State<DualSVec64<N>>,
+}
+
+impl<const N: usize> Upright<N> {
+    pub(crate) fn new(b: &Bicycle) -> Self {
+        debug_assert_eq!(b.order(), N, "rows that move");
+        let seeded = |i| {
+            if i < N {
+                seed::<N>(0.0, i)
+            } else {
+                DualSVec64::from(0.0)
+            }
+        };
+        Self {
+            dual: Bicycle::new(&b.p.map(DualSVec64::from), b.formulation),
+            x: State::from_array(std::array::from_fn(seeded)),
+        }
+    }
+
+    /// A at `speed` [m/s].
+    pub(crate) fn at(&self, speed: f64) -> SMatrix<f64, N, N> {
+        let u = Input {
+            speed,
+            ..Input::ZERO
+        }
+        .map(DualSVec64::from);
+        let nil = DualSVec64::from(0.0);
+        let terms = Nonlinear {
+            steer_sign: nil,
+            steer_rate_sign: nil,
+            path_angle: tyre::path_angle(&self.dual, u.speed, self.x.yaw_rate),
+        };
+        let rows = derivative_with(&self.dual, &self.x, &u, &terms).to_array();
+        SMatrix::from_fn(|i, j| partial(&rows[i], j))
+    }
+}
+
+/// The Schur form of a finite matrix. The QR iteration mostly takes some ten rounds. One matrix in
+/// a million sends it round in circles; its transpose, with the same eigenvalues, takes another
+/// way. (A macro: nalgebra's bounds on a size would fill half a page.)
+macro_rules! schur {
+    ($a:expr) => {
+        Schur::try_new($a.clone(), f64::EPSILON, 1000)
+            .or_else(|| Schur::try_new($a.transpose(), f64::EPSILON, 1000))
+    };
+}
+
+/// Square matrices of the sizes that formulations have, on the stack.
+pub(crate) trait Spectral<const N: usize> {
+    /// Eigenvalues in no order; none where the matrix is not finite.
+    fn spectrum(&self) -> Option<SVector<Complex<f64>, N>>;
+}
+
+macro_rules! spectral {
+    ($($N:literal)*) => {
+        $(impl Spectral<$N> for SMatrix<f64, $N, $N> {
+            fn spectrum(&self) -> Option<SVector<Complex<f64>, $N>> {
+                if self.iter().any(|v| !v.is_finite()) {
+                    return None;
+                }
+                schur!(*self).map(|schur| schur.complex_eigenvalues())
+            }
+        })*
+    };
+}
+spectral!(4 5 6 8);
+
 /// Eigenvalues [1/s] of a square matrix, largest real part first; NaN where it is not finite.
 pub fn eigenvalues(a: &DMatrix<f64>) -> Vec<Complex<f64>> {
     let unknown = vec![Complex::new(f64::NAN, f64::NAN); a.nrows()];
     if a.iter().any(|v| !v.is_finite()) {
         return unknown;
     }
-    // The QR iteration mostly takes some ten rounds. One matrix in a million sends it round in
-    // circles; its transpose, with the same eigenvalues, takes another way.
-    let schur = Schur::try_new(a.clone(), f64::EPSILON, 1000)
-        .or_else(|| Schur::try_new(a.transpose(), f64::EPSILON, 1000));
-    let Some(schur) = schur else {
+    let Some(schur) = schur!(a) else {
         return unknown;
     };
     let mut values: Vec<_> = schur.complex_eigenvalues().iter().copied().collect();

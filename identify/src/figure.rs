@@ -3,8 +3,11 @@
 //! Only this module names plotters.
 
 mod canvas;
+mod stability;
 #[cfg(test)]
 pub(crate) mod tests;
+
+pub use stability::stability;
 
 use crate::run::{Curve, Trace};
 use bicycle::cases::{Course, DURATION, Rearward, TRAILS};

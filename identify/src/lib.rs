@@ -19,6 +19,7 @@ pub mod ride;
 pub mod run;
 pub mod solver;
 pub mod spectrum;
+pub mod stability;
 pub mod synthesis;
 pub mod trajectory;
 pub mod unit;

@@ -53,6 +53,11 @@ const TURNED: &[&str] = &[
     "lateral_offset",
 ];
 
+/// Whether the row called `name` has the other sign in the literature.
+pub fn is_turned(name: &str) -> bool {
+    TURNED.contains(&name)
+}
+
 /// A sign convention.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
 #[serde(rename_all = "lowercase")]
@@ -235,7 +240,7 @@ impl Written {
         }
         for (name, column) in self.channels {
             let row = quantity(&name)?;
-            let turned = self.signs == Signs::Literature && TURNED.contains(&row.name);
+            let turned = self.signs == Signs::Literature && is_turned(row.name);
             columns.push(column.read(row.name, Some(row), row.unit, turned)?);
         }
         Ok(Map {

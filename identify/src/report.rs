@@ -1,6 +1,6 @@
 //! The report of a fit: one HTML file that needs nothing else, and its table as plain text.
 
-mod markup;
+pub(crate) mod markup;
 mod number;
 mod provenance;
 mod table;
@@ -37,21 +37,7 @@ pub fn html(run: &Run, ride: &Ride) -> Result<String> {
         fit.objective.name(),
         join(fit.channels.iter().map(|c| words(c))),
     );
-    let mut page = [
-        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\"/>\n",
-        "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>\n",
-        &format!(
-            "<title>{}: fit by {}</title>\n",
-            escape(title),
-            escape(&run.program)
-        ),
-        &format!(
-            "<style>\n{}</style>\n</head>\n",
-            include_str!("report/style.css")
-        ),
-        &format!("<body>\n<main>\n<h1>{}</h1>\n", escape(title)),
-    ]
-    .concat();
+    let mut page = markup::head(title, &format!("{title}: fit by {}", run.program));
     page += &paragraph("about", &about);
     page += &paragraph("result", &headline(fit));
     if let Some(advice) = advice(fit) {
@@ -89,8 +75,7 @@ pub fn html(run: &Run, ride: &Ride) -> Result<String> {
     page += &section("Assumptions and notes", &list(&assumptions(run)?));
     page += &section("Work", &paragraph("text", &work(fit)));
     page += &section("Provenance", &provenance::provenance(run));
-    page += "</main>\n</body>\n</html>\n";
-    Ok(page)
+    Ok(page + markup::FOOT)
 }
 
 const SPECTRUM: &str = "Amplitudes of sines in the residual of the moving average. In a single \

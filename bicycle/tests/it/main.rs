@@ -11,6 +11,7 @@ mod laws;
 mod linear;
 mod marked;
 mod mass;
+mod modes;
 mod preview;
 mod published;
 mod ramp;

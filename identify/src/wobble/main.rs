@@ -10,9 +10,11 @@ mod demo;
 mod fitting;
 mod fmu;
 mod foreign;
+mod linear;
 mod model;
 mod output;
 mod rides;
+mod stability;
 
 use clap::{Parser, Subcommand};
 use identify::error::Error;
@@ -44,6 +46,10 @@ enum Command {
     Spectrum(rides::Spectrum),
     /// Rides beside the first: which bands rise, which fall
     Compare(rides::Compare),
+    /// Eigenvalues by mode over speed and over any row of the table; weave and capsize speed
+    Stability(stability::Stability),
+    /// The linear system A, B, C, D with its names, as JSON or MAT-file
+    Linear(linear::Linear),
     /// Fit parameters to a ride
     Fit(fitting::Fit),
     /// The report of a fit, one HTML file
@@ -62,6 +68,8 @@ fn main() -> ExitCode {
         Command::Cases(command) => command.run(),
         Command::Spectrum(command) => command.run(),
         Command::Compare(command) => command.run(),
+        Command::Stability(command) => command.run(),
+        Command::Linear(command) => command.run(),
         Command::Fit(command) => command.run(),
         Command::Report(command) => command.run(),
         Command::Fmu(command) => command.run(),

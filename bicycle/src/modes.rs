@@ -1,0 +1,226 @@
+//! The modes of a bicycle that rides upright, by name, at any speed.
+//!
+//! Names are given once, at a speed where they are not in doubt, and carried from there to every
+//! other speed by eigenvector and continuity of the eigenvalue ([`track`]): not by sorting, and
+//! not from one point of a sweep to the next. So neither the step of a sweep nor its direction
+//! nor its ends change a name.
+//!
+//! 1. **The four-body bicycle without slip and without rider law** has, at the first of
+//!    [`CLEAR`] speeds with exactly one complex pair, the pair `weave` and two real modes, of
+//!    which the faster decaying is `castering`, the other `capsize` (Meijaard et al. 2007,
+//!    section 5). Where no speed has that, the two of largest real part at 3 m/s are `weave`, the
+//!    next `capsize`, the last `castering`.
+//! 2. **Slipping tyres and the paper's formulations**: the four modes most like those of 1 at the
+//!    same speed, by eigenvalue and by eigenvector over roll, steer and their rates, have their
+//!    names. Of the rest, what tyres add (the yaw rate of the paper's formulations among it),
+//!    the complex pair with the largest steer angle against its roll angle is `wobble`, all
+//!    others `tyre`.
+//! 3. **A rider law** is switched on gradually at that speed, and the names are carried along.
+//!
+//! A pair that meets the real axis and splits keeps its name for both. Two real modes of
+//! different names that join become a pair whose members keep one name each, the upper one that
+//! of the larger real part, and part with these names; only where `castering` joins a mode of the
+//! tyres is the pair the field's `wobble`.
+//!
+//! The limits: names are those of a hands-free bicycle at moderate speed. Far from that, with
+//! large gains or friction, or with equations unlike the four-body bicycle's (`printed`,
+//! `minimal`), they tell which mode this one comes from, not what it looks like. Carried around a
+//! double root on two ways through speed and a parameter, a name may differ: it is always carried
+//! along speed, with the parameters held.
+
+mod track;
+
+use crate::dynamics::{Bicycle, Formulation};
+use crate::linear::{Spectral, Upright};
+use nalgebra::{Complex, SMatrix};
+use track::{Branches, follow};
+
+/// A mode by the name bicycle dynamics has for it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Mode {
+    /// Sways of roll and steer, the steer lagging: the unstable pair of slow bicycles.
+    Weave,
+    /// Slow falling to a side with little steering.
+    Capsize,
+    /// The steering that swings back behind its axis.
+    Castering,
+    /// Fast swings of the steering on a tyre that yields.
+    Wobble,
+    /// What else tyres add: slip and relaxation of their forces.
+    Tyre,
+}
+
+impl Mode {
+    /// The name in files and figures.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Weave => "weave",
+            Self::Capsize => "capsize",
+            Self::Castering => "castering",
+            Self::Wobble => "wobble",
+            Self::Tyre => "tyre",
+        }
+    }
+
+    /// Every mode, in the order of [`over_speeds`].
+    pub const ALL: [Self; 5] = [
+        Self::Weave,
+        Self::Capsize,
+        Self::Castering,
+        Self::Wobble,
+        Self::Tyre,
+    ];
+}
+
+/// An eigenvalue and its name.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Root {
+    /// Eigenvalue [1/s]: growth and angular frequency.
+    pub value: Complex<f64>,
+    /// Which mode it belongs to.
+    pub mode: Mode,
+}
+
+/// Speeds [m/s] at which names are looked for, in this order: slow enough that tyres are stiff,
+/// fast enough that weave swings.
+const CLEAR: [f64; 10] = [3.0, 4.0, 2.0, 5.0, 6.0, 1.5, 8.0, 1.0, 10.0, 15.0];
+/// Names are carried in steps no longer than this [m/s].
+const STRIDE: f64 = 0.2;
+
+/// The eigenvalues of `b` upright at each of `speeds` [m/s], with their names: by mode, then by
+/// growth, a pair's upper member first. Jumps (Coulomb friction, sign θ) are left out; the rider
+/// law is in the loop as far as its gains are not zero. NaN where there is no linear system.
+pub fn over_speeds(b: &Bicycle, speeds: &[f64]) -> Vec<Vec<Root>> {
+    match b.order() {
+        4 => Named::<4>::new(b).over(speeds),
+        5 => Named::<5>::new(b).over(speeds),
+        6 => Named::<6>::new(b).over(speeds),
+        _ => Named::<8>::new(b).over(speeds),
+    }
+}
+
+/// Speeds [m/s] at which a mode changes between growth and decay.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Crossings {
+    /// Lowest speed from which weave, unstable below, decays.
+    pub weave: Option<f64>,
+    /// Lowest speed from which capsize, stable below, grows.
+    pub capsize: Option<f64>,
+}
+
+/// The weave and the capsize speed of `b` between `slowest` and `fastest` [m/s], to round-off.
+/// Where there are several the lowest; none where the mode does not change in that direction.
+pub fn crossings(b: &Bicycle, slowest: f64, fastest: f64) -> Crossings {
+    match b.order() {
+        4 => Named::<4>::new(b).crossings(slowest, fastest),
+        5 => Named::<5>::new(b).crossings(slowest, fastest),
+        6 => Named::<6>::new(b).crossings(slowest, fastest),
+        _ => Named::<8>::new(b).crossings(slowest, fastest),
+    }
+}
+
+/// A bicycle whose modes have names at one speed.
+struct Named<const N: usize> {
+    system: Upright<N>,
+    speed: f64,
+    branches: Branches<N>,
+}
+
+impl<const N: usize> Named<N>
+where
+    SMatrix<f64, N, N>: Spectral<N>,
+{
+    fn new(b: &Bicycle) -> Self {
+        let idle = b.p.riderless();
+        let (speed, reference) = reference(&Bicycle::new(&idle, Formulation::Whipple));
+        let system = Upright::new(b);
+        let free = Upright::<N>::new(&Bicycle::new(&idle, b.formulation)).at(speed);
+        // the rider's torque is linear in its gains
+        let law = system.at(speed) - free;
+        let mut branches = Branches::of(&free);
+        branches.name_after(&reference);
+        if law != SMatrix::<f64, N, N>::zeros() {
+            branches = follow(|gain| free + law * gain, &branches, (0.0, 1.0), 0.05);
+        }
+        Self {
+            system,
+            speed,
+            branches,
+        }
+    }
+
+    fn onward(&self, from: (f64, &Branches<N>), to: f64) -> Branches<N> {
+        follow(|speed| self.system.at(speed), from.1, (from.0, to), STRIDE)
+    }
+
+    /// The modes at each of `speeds`, in their order.
+    fn at(&self, speeds: &[f64]) -> Vec<Branches<N>> {
+        let mut order: Vec<usize> = (0..speeds.len()).collect();
+        order.sort_by(|i, j| speeds[*i].total_cmp(&speeds[*j]));
+        let (below, above) = order.split_at(order.partition_point(|i| speeds[*i] < self.speed));
+        let mut found = vec![self.branches; speeds.len()];
+        let mut walk = |way: &mut dyn Iterator<Item = &usize>| {
+            let mut at = (self.speed, self.branches);
+            for i in way {
+                at = (speeds[*i], self.onward((at.0, &at.1), speeds[*i]));
+                found[*i] = at.1;
+            }
+        };
+        walk(&mut below.iter().rev());
+        walk(&mut above.iter());
+        found
+    }
+
+    fn over(&self, speeds: &[f64]) -> Vec<Vec<Root>> {
+        self.at(speeds).iter().map(Branches::roots).collect()
+    }
+
+    fn crossings(&self, slowest: f64, fastest: f64) -> Crossings {
+        let count = ((fastest - slowest) / STRIDE).ceil().max(1.0);
+        let inner = (1..count as usize).map(|i| slowest + (fastest - slowest) * i as f64 / count);
+        let speeds: Vec<f64> = [slowest]
+            .into_iter()
+            .chain(inner)
+            .chain([fastest])
+            .collect();
+        let found = self.at(&speeds);
+        let first = |mode: Mode, sign: f64| {
+            let growths: Vec<f64> = found.iter().map(|b| sign * b.growth(mode)).collect();
+            let i = growths.windows(2).position(|g| g[0] > 0.0 && g[1] <= 0.0)?;
+            Some(self.root(mode, (speeds[i], &found[i]), speeds[i + 1]))
+        };
+        Crossings {
+            weave: first(Mode::Weave, 1.0),
+            capsize: first(Mode::Capsize, -1.0),
+        }
+    }
+
+    /// Where the growth of `mode` changes sign between two speeds. Bisection: some fifty small
+    /// eigenvalue problems, and nothing to go wrong at the kink where a pair splits.
+    fn root(&self, mode: Mode, from: (f64, &Branches<N>), to: f64) -> f64 {
+        let grows = from.1.growth(mode) > 0.0;
+        let (mut low, mut high) = (from.0, to);
+        loop {
+            let middle = 0.5 * (low + high);
+            if middle <= low || middle >= high {
+                return middle;
+            }
+            if (self.onward(from, middle).growth(mode) > 0.0) == grows {
+                low = middle;
+            } else {
+                high = middle;
+            }
+        }
+    }
+}
+
+/// A speed at which the modes of the bicycle without slip and rider can be told apart, and these.
+fn reference(whipple: &Bicycle) -> (f64, Branches<4>) {
+    let system = Upright::<4>::new(whipple);
+    let mut at = CLEAR.into_iter().map(|v| (v, Branches::of(&system.at(v))));
+    let (speed, mut branches) = at
+        .find(|(_, branches)| branches.pairs() == 1)
+        .unwrap_or_else(|| (CLEAR[0], Branches::of(&system.at(CLEAR[0]))));
+    branches.name_without_slip();
+    (speed, branches)
+}

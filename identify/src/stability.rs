@@ -1,0 +1,167 @@
+//! Stability of riding upright: eigenvalues by mode over speed and over any row of the parameter
+//! table, and the speeds at which weave and capsize change between growth and decay.
+
+pub mod linear;
+mod page;
+mod sweep;
+pub mod words;
+
+pub use page::html;
+pub use sweep::{Sweep, points};
+
+use crate::bicycles::{self, Bicycle};
+use crate::error::{Error, Result};
+use bicycle::modes::{self, Root};
+use bicycle::simulate::check;
+use bicycle::{Formulation, Input, Parameters, Quantity};
+
+/// Points a sweep or a map may have: some seconds of work, tens of MB of JSON.
+pub const MOST_POINTS: usize = 100_000;
+/// Share of the weight on the front wheel below which a bicycle is hard to steer at all (assumed).
+const LIGHT: f64 = 0.05;
+/// Speeds [m/s] between which weave and capsize speed are looked for where one speed is asked for.
+const SEARCHED: (f64, f64) = (0.1, 20.0);
+
+/// What is asked.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Plan {
+    /// The bicycle.
+    pub parameters: Parameters,
+    /// Its equations.
+    pub formulation: Formulation,
+    /// Speeds [m/s].
+    pub speeds: Vec<f64>,
+    /// The row that is swept besides, and its values.
+    pub sweep: Option<Sweep>,
+    /// Whether the rider law of the bicycle acts.
+    pub rider_law: bool,
+}
+
+impl Plan {
+    /// The bicycle of `set`, hands off.
+    pub fn new(set: &Bicycle, speeds: Vec<f64>) -> Self {
+        Self {
+            parameters: set.parameters,
+            formulation: set.formulation,
+            speeds,
+            sweep: None,
+            rider_law: false,
+        }
+    }
+}
+
+/// The eigenvalues of a bicycle at one speed.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Point {
+    /// Value of the swept row [SI].
+    pub value: Option<f64>,
+    /// Speed [m/s].
+    pub speed: f64,
+    /// Eigenvalues with their modes, in the order of [`modes::over_speeds`].
+    pub roots: Vec<Root>,
+}
+
+impl Point {
+    /// Largest real part [1/s]: growth of what grows fastest.
+    pub fn growth(&self) -> f64 {
+        let parts = self.roots.iter().map(|root| root.value.re);
+        parts.fold(f64::NEG_INFINITY, f64::max)
+    }
+}
+
+/// The weave and the capsize speed of one bicycle.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Crossing {
+    /// Value of the swept row [SI].
+    pub value: Option<f64>,
+    /// Lowest speed [m/s] from which weave, unstable below, decays; none in the range.
+    pub weave_speed: Option<f64>,
+    /// Lowest speed [m/s] from which capsize, stable below, grows; none in the range.
+    pub capsize_speed: Option<f64>,
+}
+
+/// What was found.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Stability {
+    /// The row that was swept.
+    pub row: Option<&'static Quantity>,
+    /// A point for each speed of each value, speeds fastest.
+    pub points: Vec<Point>,
+    /// One for each value of the row, or one.
+    pub crossings: Vec<Crossing>,
+    /// Between which speeds [m/s] the crossings were looked for.
+    pub searched: (f64, f64),
+    /// What the numbers rest on and what is odd about them, a clause each.
+    pub notes: Vec<String>,
+}
+
+/// Eigenvalues by mode at every speed, for every value of the swept row. Jumps (Coulomb friction,
+/// sign θ) have no linear part and are left out. An error names the value at which the bicycle
+/// cannot be: its front wheel in the air, a body of no matter, a speed its equations divide by.
+pub fn stability(plan: &Plan) -> Result<Stability> {
+    let count = plan.speeds.len() * plan.sweep.as_ref().map_or(1, |sweep| sweep.values.len());
+    if count == 0 || count > MOST_POINTS {
+        return Err(sweep::too_many(count));
+    }
+    let fold = |f: fn(f64, f64) -> f64| plan.speeds.iter().copied().reduce(f).unwrap_or(0.0);
+    let (slowest, fastest) = (fold(f64::min), fold(f64::max));
+    let searched = if slowest < fastest {
+        (slowest, fastest)
+    } else {
+        SEARCHED
+    };
+    let mut found = Stability {
+        row: plan.sweep.as_ref().map(|sweep| sweep.row),
+        points: Vec::with_capacity(count),
+        crossings: Vec::new(),
+        searched,
+        notes: Vec::new(),
+    };
+    let mut light: Option<(Option<f64>, f64)> = None;
+    for (value, parameters) in sweep::values(plan)? {
+        let b = ready(plan, &parameters, (slowest, fastest)).map_err(|cause| match found.row {
+            Some(row) => cause.typed(sweep::at(row, value)),
+            None => cause,
+        })?;
+        let share = b.front_load / (b.front_load + b.rear_wheel_load);
+        if share < LIGHT && light.is_none_or(|(_, least)| share < least) {
+            light = Some((value, share));
+        }
+        let rows = modes::over_speeds(&b, &plan.speeds);
+        let points = plan.speeds.iter().zip(rows);
+        found.points.extend(points.map(|(speed, roots)| Point {
+            value,
+            speed: *speed,
+            roots,
+        }));
+        let speeds = modes::crossings(&b, searched.0, searched.1);
+        found.crossings.push(Crossing {
+            value,
+            weave_speed: speeds.weave,
+            capsize_speed: speeds.capsize,
+        });
+    }
+    found.notes = words::notes(plan, &found, light);
+    Ok(found)
+}
+
+/// The bicycle, if it can be ridden at these speeds.
+fn ready(
+    plan: &Plan,
+    parameters: &Parameters,
+    (slowest, fastest): (f64, f64),
+) -> Result<bicycle::Bicycle> {
+    let p = if plan.rider_law {
+        *parameters
+    } else {
+        parameters.riderless()
+    };
+    let b = bicycle::Bicycle::new(&p, plan.formulation);
+    check(&b, slowest)?;
+    let row = &Input::TABLE[Input::index("speed").expect("an input")];
+    bicycles::admit(row, fastest)?;
+    Ok(b)
+}
+
+#[cfg(test)]
+mod tests;

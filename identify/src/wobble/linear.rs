@@ -1,0 +1,65 @@
+//! The linear system as a laboratory loads it.
+
+use crate::output::Output;
+use crate::stability::Riding;
+use anyhow::Result;
+use clap::{Args, ValueEnum};
+use identify::error::Error;
+use identify::file;
+use identify::map;
+use identify::stability::linear::system;
+
+/// Sign conventions by name.
+#[derive(Clone, Copy, ValueEnum)]
+enum Signs {
+    /// z up; roll right +, steer and yaw left +
+    Iso8855,
+    /// Meijaard et al. 2007: z down; roll, steer and yaw right +
+    Literature,
+}
+
+#[derive(Args)]
+pub struct Linear {
+    #[command(flatten)]
+    riding: Riding,
+    /// The speed
+    #[arg(long, value_name = "SPEED", allow_hyphen_values = true)]
+    speed: String,
+    /// Sign convention
+    #[arg(long, default_value = "iso8855")]
+    signs: Signs,
+    /// Write a MAT-file, level 5, to the file that --out names
+    #[arg(long, requires = "out", conflicts_with = "json")]
+    mat: bool,
+    #[command(flatten)]
+    output: Output,
+}
+
+impl Linear {
+    pub fn run(&self) -> Result<()> {
+        let (_, plan) = self.riding.plan(&self.speed)?;
+        let argument = format!("--speed {}", self.speed);
+        if plan.speeds.len() > 1 {
+            let form = Error::Form {
+                expected: "one speed",
+                found: self.speed.clone(),
+            };
+            return Err(form.typed(argument).into());
+        }
+        let signs = match self.signs {
+            Signs::Iso8855 => map::Signs::Iso8855,
+            Signs::Literature => map::Signs::Literature,
+        };
+        let system = system(&plan, signs).map_err(|cause| match cause {
+            Error::Refused(bicycle::simulate::Refusal::Speed { .. }) => cause.typed(argument),
+            _ => cause,
+        })?;
+        for note in &system.notes {
+            eprintln!("note: {note}");
+        }
+        match &self.output.out {
+            Some(path) if self.mat => Ok(file::write(path, system.to_mat())?),
+            _ => self.output.json_or(&system.to_json(), || system.table()),
+        }
+    }
+}
