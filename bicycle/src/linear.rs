@@ -1,5 +1,9 @@
 //! The linear system ẋ = A x + B u by dual numbers: the same source as the simulation.
 
+mod steady;
+
+pub use steady::steady_turn;
+
 use crate::dynamics::{Bicycle, Formulation, Nonlinear, derivative, derivative_with, output};
 use crate::parameters::Parameters;
 use crate::quantity::Quantity;

@@ -1,7 +1,9 @@
 //! Derivatives by dual numbers against difference quotients, and the parts against the whole.
 
 use bicycle::dynamics::{self, Nonlinear, derivative, derivative_with, output};
-use bicycle::linear::{apart, eigenvalues, fastest_growth, linearize, state_equations};
+use bicycle::linear::{
+    apart, eigenvalues, fastest_growth, linearize, state_equations, steady_turn,
+};
 use bicycle::{Bicycle, Formulation, Input, Output, Parameters, Path, State};
 use nalgebra::{Complex, DMatrix, DVector, RowDVector};
 
@@ -294,4 +296,54 @@ fn path_is_the_integral_of_speed() {
     let sideways = LEANING.lateral_velocity;
     assert!((sliding.x + sideways * 0.6f64.sin()).abs() < 1e-15);
     assert!((sliding.y - sideways * 0.6f64.cos()).abs() < 1e-15);
+}
+
+/// A steady turn stands still in every formulation, leans into the turn and mirrors.
+#[test]
+fn steady_turns_stand_still() {
+    let smooth = Parameters {
+        coulomb_friction: 0.0,
+        ..Parameters::default().riderless()
+    };
+    for formulation in Formulation::ALL {
+        let b = Bicycle::new(&smooth, formulation);
+        let left = steady_turn(&b, 4.0, 0.03);
+        let right = steady_turn(&b, 4.0, -0.03);
+        // as printed, (7) has dimensions that no turn fits, and a left turn leans right
+        if matches!(formulation, Formulation::Printed | Formulation::Minimal) {
+            continue;
+        }
+        let (x, u) = left.expect("a turn");
+        let (mirrored, opposite) = right.expect("a turn");
+        for rate in derivative(&b, &x, &u).to_array() {
+            // the convergence asked for, 1e-12, times slopes of 1e3
+            assert!(rate.abs() < 1e-8, "{formulation:?} {rate:e}");
+        }
+        assert!(x.roll < 0.0 && x.roll > -0.3, "{formulation:?} {x:?}");
+        assert!((x.roll + mirrored.roll).abs() < 1e-12);
+        assert!((u.steer_torque + opposite.steer_torque).abs() < 1e-10);
+        assert_eq!((x.steer, x.steer_rate, x.roll_rate), (0.03, 0.0, 0.0));
+    }
+}
+
+/// Without slip the turn is linear: Meijaard et al. 2007, (5.3) with all rates zero.
+#[test]
+fn the_steady_turn_of_the_benchmark_is_in_closed_form() {
+    let p = crate::published::benchmark_bicycle();
+    let b = Bicycle::new(&p, Formulation::Whipple);
+    let (v, steer) = (5.0, 0.05);
+    let (x, u) = steady_turn(&b, v, steer).expect("a turn");
+    let four = b.four_bodies.expect("four bodies");
+    let k =
+        |i: usize, j: usize| p.gravity * four.stiffness[i][j] + v * v * four.speed_stiffness[i][j];
+    let delta = -steer;
+    let roll = -k(0, 1) * delta / k(0, 0);
+    let torque = -(k(1, 0) * roll + k(1, 1) * delta);
+    assert!((x.roll - roll).abs() < 1e-14, "{} {roll}", x.roll);
+    // 1e-14 of terms of 50 N m
+    assert!(
+        (u.steer_torque - torque).abs() < 1e-12,
+        "{} {torque}",
+        u.steer_torque
+    );
 }

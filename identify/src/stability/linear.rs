@@ -1,49 +1,61 @@
-//! The linear system of a bicycle upright, with names and units, in either sign convention: as
+//! The linear system of a bicycle upright or in a steady turn, with names and units, in either sign convention: as
 //! JSON, and as a MAT-file.
 
 mod mat;
 
 use super::{Plan, ready, words};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::map::{Signs, is_turned};
-use bicycle::linear::{Linear, linearize};
+use bicycle::linear::{Linear, linearize, steady_turn};
 use bicycle::{Input, Output, Parameters, Quantity, State};
 use nalgebra::DMatrix;
 use serde_json::{Value, json};
 
-/// ẋ = A x + B u, y = C x + D u of a bicycle upright, SI.
+/// ẋ = A x + B u, y = C x + D u of changes from a steady motion, SI.
 #[derive(Debug, Clone, PartialEq)]
 pub struct System {
     /// The four matrices, in the convention of `signs`.
     pub matrices: Linear,
-    /// Speed [m/s].
-    pub speed: f64,
+    /// The steady motion, ISO 8855 in either convention.
+    pub state: State,
+    /// What holds it: its speed, and in a turn a steer torque.
+    pub input: Input,
     /// The sign convention.
     pub signs: Signs,
     /// What was left out.
     pub notes: Vec<String>,
 }
 
-/// The linear system of the first speed of `plan`; its sweep plays no part. Jumps (Coulomb
-/// friction, sign θ) are left out.
-pub fn system(plan: &Plan, signs: Signs) -> Result<System> {
+/// The linear system of the first speed of `plan`, upright or in the steady turn of the steer
+/// angle `steer` [rad], left positive; its sweep plays no part. Jumps are left out: Coulomb
+/// friction, and upright sign θ.
+pub fn system(plan: &Plan, steer: f64, signs: Signs) -> Result<System> {
     let speed = plan.speeds[0];
     let smooth = Parameters {
         coulomb_friction: 0.0,
         ..plan.parameters
     };
     let b = ready(plan, &smooth, (speed, speed))?;
-    let input = Input {
+    let upright = Input {
         speed,
         ..Input::ZERO
     };
-    let mut matrices = linearize(&b, &State::ZERO, &input);
+    let (state, input) = if steer == 0.0 {
+        (State::ZERO, upright)
+    } else {
+        steady_turn(&b, speed, steer).ok_or_else(|| Error::Form {
+            expected: "a steer angle of a steady turn short of lying down",
+            found: format!("{steer} rad"),
+        })?
+    };
+    let mut matrices = linearize(&b, &state, &input);
     if signs == Signs::Literature {
         turn(&mut matrices);
     }
     Ok(System {
         matrices,
-        speed,
+        state,
+        input,
         signs,
         notes: words::left_out(plan),
     })
@@ -83,6 +95,18 @@ impl System {
         ]
     }
 
+    /// The motion that changes are counted from, in the convention of the matrices.
+    fn about(&self) -> [(&'static str, f64); 4] {
+        let all = [
+            ("speed", self.input.speed),
+            ("roll", self.state.roll),
+            ("steer", self.state.steer),
+            ("steer_torque", self.input.steer_torque),
+        ];
+        let turned = |name| self.signs == Signs::Literature && is_turned(name);
+        all.map(|(name, value)| (name, if turned(name) { 0.0 - value } else { value }))
+    }
+
     fn convention(&self) -> &'static str {
         match self.signs {
             Signs::Iso8855 => "iso8855",
@@ -90,8 +114,8 @@ impl System {
         }
     }
 
-    /// `A` to `D` by rows; `states`, `inputs`, `outputs` and their `_units`; `speed`, `signs`,
-    /// `notes`.
+    /// `A` to `D` by rows; `states`, `inputs`, `outputs` and their `_units`; where the motion is
+    /// (`speed`, `roll`, `steer`, `steer_torque`, in the convention); `signs`, `notes`.
     pub fn to_json(&self) -> Value {
         let mut whole = serde_json::Map::new();
         for (name, matrix) in self.matrices() {
@@ -105,7 +129,9 @@ impl System {
             whole.insert(format!("{name}s"), json!(names));
             whole.insert(format!("{name}_units"), json!(units));
         }
-        whole.insert("speed".into(), json!(self.speed));
+        for (name, value) in self.about() {
+            whole.insert(name.into(), json!(value));
+        }
         whole.insert("signs".into(), json!(self.convention()));
         whole.insert("notes".into(), json!(self.notes));
         Value::Object(whole)
@@ -123,7 +149,9 @@ impl System {
             file.texts(&format!("{name}s"), &names);
             file.texts(&format!("{name}_units"), &units);
         }
-        file.matrix("speed", &DMatrix::from_element(1, 1, self.speed));
+        for (name, value) in self.about() {
+            file.matrix(name, &DMatrix::from_element(1, 1, value));
+        }
         file.text("signs", self.convention());
         file.into_bytes()
     }
@@ -132,8 +160,11 @@ impl System {
     pub fn table(&self) -> String {
         use std::fmt::Write as _;
         let [(_, states), (_, inputs), (_, outputs)] = self.rows();
-        let (speed, signs) = (self.speed, self.convention());
-        let mut text = format!("upright at {speed} m/s, signs {signs}\n");
+        let mut text = format!("signs {}", self.convention());
+        for (name, value) in self.about() {
+            let _ = write!(text, ", {name} {value}");
+        }
+        text.push('\n');
         let shapes = [
             (states, states),
             (states, inputs),

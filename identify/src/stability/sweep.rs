@@ -91,14 +91,7 @@ pub fn points(text: &str, unit: Unit, what: &str) -> Result<Vec<f64>> {
         found: text.into(),
     };
     let parts: Vec<&str> = text.split(':').collect();
-    let read = |text: &str| {
-        let value = unit::parse(text, unit, what)?;
-        if value.is_finite() {
-            Ok(value)
-        } else {
-            Err(form("finite numbers"))
-        }
-    };
+    let read = |text: &str| unit::parse(text, unit, what);
     let (from, to, step) = match parts[..] {
         [value] => return Ok(vec![read(value)?]),
         [from, to, step] => (read(from)?, read(to)?, read(step)?),

@@ -47,7 +47,7 @@ fn mistyped_ranges_are_named() {
         said("0:10:1e-4"),
         "expected at most 100000 points, found `0:10:1e-4`"
     );
-    assert_eq!(said("0:inf:1"), "expected finite numbers, found `0:inf:1`");
+    assert!(said("0:inf:1").contains("found `inf`"));
     assert!(said("0:10 kg:1").contains("kg"));
     let sweep = |text| Sweep::read(text).unwrap_err().to_string();
     assert!(sweep("rear_lod=0:30:1").contains("nearest: rear_load"));
@@ -81,9 +81,9 @@ fn what_cannot_be_ridden_is_refused_at_its_point() {
     );
     assert!(said(&plan("nominal", "-1", None)).contains("found -1 m/s"));
     let mut many = plan("nominal", "0:10:0.001", Some("rear_load=0:30:1"));
-    assert!(said(&many).contains("found 310031 points"));
+    assert!(said(&many).contains("found `310031 points`"));
     many.speeds.clear();
-    assert!(said(&many).contains("found 0 points"));
+    assert!(said(&many).contains("found `0 points`"));
 }
 
 #[test]
@@ -189,8 +189,12 @@ fn notes_say_what_is_left_out_and_what_is_odd() {
 #[test]
 fn literature_signs_turn_what_points_left() {
     let asked = plan("benchmark", "4.6", None);
-    let iso = linear::system(&asked, Signs::Iso8855).unwrap().matrices;
-    let literature = linear::system(&asked, Signs::Literature).unwrap().matrices;
+    let iso = linear::system(&asked, 0.0, Signs::Iso8855)
+        .unwrap()
+        .matrices;
+    let literature = linear::system(&asked, 0.0, Signs::Literature)
+        .unwrap()
+        .matrices;
     let state = |name| bicycle::State::index(name).unwrap();
     let input = |name| Input::index(name).unwrap();
     let (roll, steer) = (state("roll_rate"), state("steer_rate"));
@@ -222,7 +226,7 @@ fn element(bytes: &[u8], offset: usize) -> (u32, &[u8], usize) {
 
 #[test]
 fn a_mat_file_reads_back() {
-    let system = linear::system(&plan("benchmark", "4", None), Signs::Iso8855).unwrap();
+    let system = linear::system(&plan("benchmark", "4", None), 0.0, Signs::Iso8855).unwrap();
     let bytes = system.to_mat();
     assert_eq!(&bytes[..19], b"MATLAB 5.0 MAT-file");
     assert_eq!(&bytes[124..128], [0, 1, b'I', b'M']);
@@ -244,6 +248,6 @@ fn a_mat_file_reads_back() {
         }
         offset = next;
     }
-    let expected = "A B C D states state_units inputs input_units outputs output_units speed signs";
+    let expected = "A B C D states state_units inputs input_units outputs output_units speed roll steer steer_torque signs";
     assert_eq!(names.join(" "), expected);
 }

@@ -55,7 +55,9 @@ pub(super) fn left_out(plan: &Plan) -> Vec<String> {
         );
     }
     if !plan.formulation.has_four_bodies() {
-        notes.push("the trail's jump with sign θ has no linear part and is left out".into());
+        notes.push(
+            "upright, the trail's jump with sign θ has no linear part and is left out".into(),
+        );
     }
     notes
 }

@@ -1,8 +1,10 @@
 //! The linear system as a laboratory loads it.
 
+use crate::arguments::quantity;
 use crate::output::Output;
 use crate::stability::Riding;
 use anyhow::Result;
+use bicycle::quantity::RAD;
 use clap::{Args, ValueEnum};
 use identify::error::Error;
 use identify::file;
@@ -25,7 +27,15 @@ pub struct Linear {
     /// The speed
     #[arg(long, value_name = "SPEED", allow_hyphen_values = true)]
     speed: String,
-    /// Sign convention
+    /// In the steady turn of this steer angle, left positive, instead of upright
+    #[arg(
+        long,
+        value_name = "ANGLE",
+        default_value = "0",
+        allow_hyphen_values = true
+    )]
+    steer: String,
+    /// Sign convention of what is written
     #[arg(long, default_value = "iso8855")]
     signs: Signs,
     /// Write a MAT-file, level 5, to the file that --out names
@@ -50,8 +60,10 @@ impl Linear {
             Signs::Iso8855 => map::Signs::Iso8855,
             Signs::Literature => map::Signs::Literature,
         };
-        let system = system(&plan, signs).map_err(|cause| match cause {
+        let steer = quantity("--steer", &self.steer, RAD)?;
+        let system = system(&plan, steer, signs).map_err(|cause| match cause {
             Error::Refused(bicycle::simulate::Refusal::Speed { .. }) => cause.typed(argument),
+            Error::Form { .. } => cause.typed(format!("--steer {}", self.steer)),
             _ => cause,
         })?;
         for note in &system.notes {
