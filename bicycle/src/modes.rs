@@ -9,13 +9,13 @@
 //!    [`CLEAR`] speeds with exactly one complex pair, the pair `weave` and two real modes, of
 //!    which the faster decaying is `castering`, the other `capsize` (Meijaard et al. 2007,
 //!    section 5). Where no speed has that, the two of largest real part at 3 m/s are `weave`, the
-//!    next `capsize`, the last `castering`.
-//! 2. **Slipping tyres and the paper's formulations**: the four modes most like those of 1 at the
-//!    same speed, by eigenvalue and by eigenvector over roll, steer and their rates, have their
+//!    next `capsize`, the last `castering`. The names are carried to 3 m/s, where tyres are stiff.
+//! 2. **Slipping tyres and the paper's formulations**: the four modes most like those of 1 at
+//!    3 m/s, by eigenvalue and by eigenvector over roll, steer and their rates, have their
 //!    names. Of the rest, what tyres add (the yaw rate of the paper's formulations among it),
 //!    the complex pair with the largest steer angle against its roll angle is `wobble`, all
 //!    others `tyre`.
-//! 3. **A rider law** is switched on gradually at that speed, and the names are carried along.
+//! 3. **A rider law** is switched on gradually at 3 m/s, and the names are carried along.
 //!
 //! A pair that meets the real axis and splits keeps its name for both. Two real modes of
 //! different names that join become a pair whose members keep one name each, the upper one that
@@ -81,9 +81,12 @@ pub struct Root {
     pub mode: Mode,
 }
 
-/// Speeds [m/s] at which names are looked for, in this order: slow enough that tyres are stiff,
-/// fast enough that weave swings.
-const CLEAR: [f64; 10] = [3.0, 4.0, 2.0, 5.0, 6.0, 1.5, 8.0, 1.0, 10.0, 15.0];
+/// Speeds [m/s] at which names are looked for, in this order. Riding speed comes first: there
+/// weave swings and capsize creeps whatever the trail, where slow bicycles fall in other ways.
+const CLEAR: [f64; 11] = [8.0, 10.0, 6.0, 5.0, 4.0, 12.0, 15.0, 3.0, 2.0, 1.5, 1.0];
+/// Speed [m/s] at which formulations are compared: slow enough that tyres are stiff, fast enough
+/// that weave mostly swings.
+const COMPARED: f64 = 3.0;
 /// Names are carried in steps no longer than this [m/s].
 const STRIDE: f64 = 0.2;
 
@@ -119,10 +122,9 @@ pub fn crossings(b: &Bicycle, slowest: f64, fastest: f64) -> Crossings {
     }
 }
 
-/// A bicycle whose modes have names at one speed.
+/// A bicycle whose modes have names, at [`COMPARED`].
 struct Named<const N: usize> {
     system: Upright<N>,
-    speed: f64,
     branches: Branches<N>,
 }
 
@@ -132,21 +134,17 @@ where
 {
     fn new(b: &Bicycle) -> Self {
         let idle = b.p.riderless();
-        let (speed, reference) = reference(&Bicycle::new(&idle, Formulation::Whipple));
+        let reference = reference(&Bicycle::new(&idle, Formulation::Whipple));
         let system = Upright::new(b);
-        let free = Upright::<N>::new(&Bicycle::new(&idle, b.formulation)).at(speed);
+        let free = Upright::<N>::new(&Bicycle::new(&idle, b.formulation)).at(COMPARED);
         // the rider's torque is linear in its gains
-        let law = system.at(speed) - free;
+        let law = system.at(COMPARED) - free;
         let mut branches = Branches::of(&free);
         branches.name_after(&reference);
         if law != SMatrix::<f64, N, N>::zeros() {
             branches = follow(|gain| free + law * gain, &branches, (0.0, 1.0), 0.05);
         }
-        Self {
-            system,
-            speed,
-            branches,
-        }
+        Self { system, branches }
     }
 
     fn onward(&self, from: (f64, &Branches<N>), to: f64) -> Branches<N> {
@@ -157,10 +155,10 @@ where
     fn at(&self, speeds: &[f64]) -> Vec<Branches<N>> {
         let mut order: Vec<usize> = (0..speeds.len()).collect();
         order.sort_by(|i, j| speeds[*i].total_cmp(&speeds[*j]));
-        let (below, above) = order.split_at(order.partition_point(|i| speeds[*i] < self.speed));
+        let (below, above) = order.split_at(order.partition_point(|i| speeds[*i] < COMPARED));
         let mut found = vec![self.branches; speeds.len()];
         let mut walk = |way: &mut dyn Iterator<Item = &usize>| {
-            let mut at = (self.speed, self.branches);
+            let mut at = (COMPARED, self.branches);
             for i in way {
                 at = (speeds[*i], self.onward((at.0, &at.1), speeds[*i]));
                 found[*i] = at.1;
@@ -214,13 +212,15 @@ where
     }
 }
 
-/// A speed at which the modes of the bicycle without slip and rider can be told apart, and these.
-fn reference(whipple: &Bicycle) -> (f64, Branches<4>) {
+/// The modes of the bicycle without slip and rider at [`COMPARED`].
+fn reference(whipple: &Bicycle) -> Branches<4> {
     let system = Upright::<4>::new(whipple);
-    let mut at = CLEAR.into_iter().map(|v| (v, Branches::of(&system.at(v))));
-    let (speed, mut branches) = at
+    let at = |speed: f64| (speed, Branches::of(&system.at(speed)));
+    let (speed, mut branches) = CLEAR
+        .into_iter()
+        .map(at)
         .find(|(_, branches)| branches.pairs() == 1)
-        .unwrap_or_else(|| (CLEAR[0], Branches::of(&system.at(CLEAR[0]))));
+        .unwrap_or_else(|| at(COMPARED));
     branches.name_without_slip();
-    (speed, branches)
+    follow(|v| system.at(v), &branches, (speed, COMPARED), STRIDE)
 }

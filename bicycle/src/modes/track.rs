@@ -367,3 +367,40 @@ where
     }
     branches
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::linear::Upright;
+    use crate::parameters::Parameters;
+    use crate::{Bicycle, Formulation};
+    use std::cell::Cell;
+
+    /// A sweep costs an eigenvalue problem a point: names are in doubt at double roots only, and
+    /// not where both modes have one name.
+    #[test]
+    fn names_cost_nothing_where_they_are_not_in_doubt() {
+        let p = Parameters::default().riderless();
+        let b = Bicycle::new(&p, Formulation::Whipple);
+        let system = Upright::<4>::new(&b);
+        let solved = Cell::new(0);
+        let a = |speed: f64| {
+            solved.set(solved.get() + 1);
+            system.at(speed)
+        };
+        let walk = |ends: (f64, f64)| {
+            solved.set(0);
+            let mut branches = Branches::of(&system.at(ends.0));
+            branches.name_without_slip();
+            let at = |i: u32| ends.0 + (ends.1 - ends.0) * f64::from(i) / 1000.0;
+            for i in 0..1000 {
+                branches = follow(a, &branches, (at(i), at(i + 1)), 0.2);
+            }
+            solved.get()
+        };
+        assert_eq!(walk((3.0, 13.0)), 1000);
+        // weave splits at .6 m/s, where step after step is too long by half
+        let across = walk((3.0, 0.0));
+        assert!((1000..1030).contains(&across), "{across}");
+    }
+}

@@ -250,3 +250,22 @@ fn what_has_no_linear_system_has_no_eigenvalues() {
         assert!(roots.iter().all(|root| root.value.re.is_nan()), "{roots:?}");
     }
 }
+
+/// At riding speed the swing is weave and the slow mode capsize at every trail, though slow
+/// bicycles lose their weave pair on the way from trail to no trail, about 5 mm.
+#[test]
+fn riding_speed_has_its_weave_at_every_trail() {
+    for millimetres in -30..150 {
+        let p = Parameters {
+            trail: 1e-3 * f64::from(millimetres),
+            ..Parameters::default().riderless()
+        };
+        for formulation in [Formulation::Whipple, Formulation::WhippleSlip] {
+            let roots = &over_speeds(&Bicycle::new(&p, formulation), &[6.0])[0];
+            let (weave, capsize) = (of_mode(roots, Mode::Weave), of_mode(roots, Mode::Capsize));
+            assert_eq!(weave.len(), 2, "{millimetres} mm: {roots:?}");
+            assert!(weave[0].im > 1.0, "{millimetres} mm: {roots:?}");
+            assert!(capsize[0].im == 0.0, "{millimetres} mm: {roots:?}");
+        }
+    }
+}
