@@ -34,19 +34,19 @@ fn colour(mode: Mode) -> RGBColor {
 
 /// The axis along which a sweep goes: its name with unit, and where each point lies.
 fn axis(found: &Stability) -> (String, Vec<f64>) {
-    match found.row {
-        Some(row) => {
-            let (factor, unit) = shown(row.unit.symbol);
-            let value = |point: &Point| factor * point.value.unwrap_or(f64::NAN);
-            let label = format!("{} [{unit}]", words(row.name));
-            (label, found.points.iter().map(value).collect())
-        }
-        None => {
-            let speeds = found.points.iter().map(|point| point.speed);
-            ("speed [m/s]".into(), speeds.collect())
-        }
-    }
+    let Some(row) = found.row else {
+        let speeds = found.points.iter().map(|point| point.speed);
+        return ("speed [m/s]".into(), speeds.collect());
+    };
+    let (factor, unit) = shown(row.unit.symbol);
+    let value = |point: &Point| factor * point.value.unwrap_or(f64::NAN);
+    let label = format!("{} [{unit}]", words(row.name));
+    (label, found.points.iter().map(value).collect())
 }
+
+/// A number that is drawn of each eigenvalue, and a speed of each value.
+type Part = fn(&Root) -> f64;
+type Speed = fn(&Crossing) -> Option<f64>;
 
 /// What is seen below zero of the real parts: fast decaying modes would flatten all others.
 const DEPTH: f64 = 2.0;
@@ -63,7 +63,6 @@ fn curves(found: &Stability) -> String {
     let deepest = range(roots().map(|root| root.value.re)).start;
     let growth = deepest.max(slow.start - DEPTH * (slow.end - slow.start))..slow.end;
     let swings = 0.0..range(roots().map(|root| root.value.im / TAU)).end;
-    type Part = fn(&Root) -> f64;
     let panels: [(&str, Range<f64>, Part); 2] = [
         ("growth [1/s]", growth, |root| root.value.re),
         ("frequency [Hz]", swings, |root| root.value.im.abs() / TAU),
@@ -157,7 +156,6 @@ fn map(found: &Stability) -> String {
                 from = to;
             }
         }
-        type Speed = fn(&Crossing) -> Option<f64>;
         let lines: [(Speed, RGBColor); 2] = [
             (|crossing| crossing.weave_speed, BLUE),
             (|crossing| crossing.capsize_speed, VERMILLION),

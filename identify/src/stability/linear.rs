@@ -75,7 +75,7 @@ fn turn(linear: &mut Linear) {
     let states = linear.states();
     turned(&mut linear.a, states, states);
     turned(&mut linear.b, states, Input::TABLE);
-    turned(&mut linear.c, Output::TABLE, &states[..]);
+    turned(&mut linear.c, Output::TABLE, states);
     turned(&mut linear.d, Output::TABLE, Input::TABLE);
 }
 

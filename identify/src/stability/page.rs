@@ -22,9 +22,14 @@ pub fn html(plan: &Plan, found: &Stability, name: &str, command: &str) -> String
     };
     let about = format!("{} equations, {law}, upright", plan.formulation.name());
     let svg = figure::stability(found);
+    let caption = if found.row.is_some() && plan.speeds.len() > 1 {
+        format!("{MAP} {NAMES}")
+    } else {
+        format!("{CURVES} {NAMES}")
+    };
     let mut page = head(&heading, &heading);
     page += &paragraph("about", &about);
-    page += &section("Modes", &markup::figure(&svg, CAPTION));
+    page += &section("Modes", &markup::figure(&svg, &caption));
     let (from, to) = found.searched;
     let asked = format!("Looked for between {from} and {to} m/s; of several the lowest.");
     page += &section(
@@ -41,9 +46,11 @@ pub fn html(plan: &Plan, found: &Stability, name: &str, command: &str) -> String
     page + FOOT
 }
 
-const CAPTION: &str = "Eigenvalues of the bicycle upright, by mode: where the real part is above \
-    zero the mode grows. Names are given at a moderate speed and carried along by eigenvector, so \
-    a pair that splits on the real axis keeps its name for both.";
+const CURVES: &str = "Eigenvalues of the bicycle upright, by mode: where the real part is above \
+    zero the mode grows.";
+const MAP: &str = "Shaded is the growth of whichever mode grows fastest, of the bicycle upright.";
+const NAMES: &str = "Modes have their names from riding speed, carried along by eigenvector: a \
+    pair that splits on the real axis keeps its name for both.";
 
 fn crossings(found: &Stability) -> String {
     let mut heads: Vec<String> = row_head(found).into_iter().collect();

@@ -16,10 +16,10 @@ pub(super) fn notes(
     let mut notes = left_out(plan);
     if let (Some(row), Some((first, rest))) = (found.row, by_value(found).split_first()) {
         let same = |points: &&[Point]| {
-            let roots = points.iter().zip(*first);
-            roots.into_iter().all(|(a, b)| a.roots == b.roots)
+            let mut both = points.iter().zip(*first);
+            both.all(|(a, b)| a.roots == b.roots)
         };
-        if !rest.is_empty() && rest.iter().all(|points| same(&points)) {
+        if !rest.is_empty() && rest.iter().all(|points| same(points)) {
             let name = row.name;
             let formulation = plan.formulation.name();
             let law = if plan.rider_law {
