@@ -19,7 +19,7 @@ pub(super) fn notes(
             let mut both = points.iter().zip(*first);
             both.all(|(a, b)| a.roots == b.roots)
         };
-        if !rest.is_empty() && rest.iter().all(|points| same(points)) {
+        if !rest.is_empty() && rest.iter().all(same) {
             let name = row.name;
             let formulation = plan.formulation.name();
             let law = if plan.rider_law {
