@@ -1,15 +1,16 @@
 //! The modes of a bicycle that rides upright, by name, at any speed.
 //!
 //! Names are given once, at a speed where they are not in doubt, and carried from there to every
-//! other speed by eigenvector and continuity of the eigenvalue ([`track`]): not by sorting, and
-//! not from one point of a sweep to the next. So neither the step of a sweep nor its direction
-//! nor its ends change a name.
+//! other speed by eigenvector and continuity of the eigenvalue: not by sorting, and not from one
+//! point of a sweep to the next. So neither the step of a sweep nor its direction nor its ends
+//! change a name.
 //!
-//! 1. **The four-body bicycle without slip and without rider law** has, at the first of
-//!    [`CLEAR`] speeds with exactly one complex pair, the pair `weave` and two real modes, of
-//!    which the faster decaying is `castering`, the other `capsize` (Meijaard et al. 2007,
-//!    section 5). Where no speed has that, the two of largest real part at 3 m/s are `weave`, the
-//!    next `capsize`, the last `castering`. The names are carried to 3 m/s, where tyres are stiff.
+//! 1. **The four-body bicycle without slip and without rider law** has, at the first of some
+//!    speeds (8 m/s, then others from 1 to 15 m/s) with exactly one complex pair, the pair `weave`
+//!    and two real modes, of which the faster decaying is `castering`, the other `capsize`
+//!    (Meijaard et al. 2007, section 5). Where no speed has that, the two of largest real part at
+//!    3 m/s are `weave`, the next `capsize`, the last `castering`. The names are carried to 3 m/s,
+//!    where tyres are stiff.
 //! 2. **Slipping tyres and the paper's formulations**: the four modes most like those of 1 at
 //!    3 m/s, by eigenvalue and by eigenvector over roll, steer and their rates, have their
 //!    names. Of the rest, what tyres add (the yaw rate of the paper's formulations among it),
@@ -24,9 +25,10 @@
 //!
 //! The limits: names are those of a hands-free bicycle at moderate speed. Far from that, with
 //! large gains or friction, or with equations unlike the four-body bicycle's (`printed`,
-//! `minimal`), they tell which mode this one comes from, not what it looks like. Carried around a
-//! double root on two ways through speed and a parameter, a name may differ: it is always carried
-//! along speed, with the parameters held.
+//! `minimal`), they tell which mode this one comes from, not what it looks like. Names are carried
+//! along speed with the parameters held: along a parameter at one speed, beyond a double root at
+//! another speed, or where two pairs of the tyres nearly meet at 3 m/s, a name may pass from one
+//! mode to another.
 
 mod track;
 
