@@ -298,7 +298,8 @@ fn path_is_the_integral_of_speed() {
     assert!((sliding.y - sideways * 0.6f64.cos()).abs() < 1e-15);
 }
 
-/// A steady turn stands still in every formulation, leans into the turn and mirrors.
+/// A steady turn stands still and leans into the turn in every formulation; it mirrors in those
+/// that pass the mirror law.
 #[test]
 fn steady_turns_stand_still() {
     let smooth = Parameters {
@@ -309,10 +310,6 @@ fn steady_turns_stand_still() {
         let b = Bicycle::new(&smooth, formulation);
         let left = steady_turn(&b, 4.0, 0.03);
         let right = steady_turn(&b, 4.0, -0.03);
-        // as printed, (7) has dimensions that no turn fits, and a left turn leans right
-        if matches!(formulation, Formulation::Printed | Formulation::Minimal) {
-            continue;
-        }
         let (x, u) = left.expect("a turn");
         let (mirrored, opposite) = right.expect("a turn");
         for rate in derivative(&b, &x, &u).to_array() {
@@ -320,9 +317,12 @@ fn steady_turns_stand_still() {
             assert!(rate.abs() < 1e-8, "{formulation:?} {rate:e}");
         }
         assert!(x.roll < 0.0 && x.roll > -0.3, "{formulation:?} {x:?}");
-        assert!((x.roll + mirrored.roll).abs() < 1e-12);
-        assert!((u.steer_torque + opposite.steer_torque).abs() < 1e-10);
         assert_eq!((x.steer, x.steer_rate, x.roll_rate), (0.03, 0.0, 0.0));
+        // as printed, (9) has an arm that does not mirror
+        if !matches!(formulation, Formulation::Printed | Formulation::Minimal) {
+            assert!((x.roll + mirrored.roll).abs() < 1e-12);
+            assert!((u.steer_torque + opposite.steer_torque).abs() < 1e-10);
+        }
     }
 }
 
