@@ -4,9 +4,10 @@ mod steady;
 
 pub use steady::steady_turn;
 
-use crate::dynamics::{Bicycle, Formulation, Nonlinear, derivative, derivative_with, output};
+use crate::dynamics::{Bicycle, Formulation, Nonlinear, derivative_with, output_with};
 use crate::parameters::Parameters;
 use crate::quantity::Quantity;
+use crate::real::Real;
 use crate::state::{Input, Output, Path, State};
 use crate::tyre;
 use nalgebra::{Complex, DMatrix, DVector, SMatrix, SVector, Schur};
@@ -59,13 +60,29 @@ fn lifted<const N: usize>(x: &State, u: &Input) -> (State<DualSVec64<N>>, Input<
     (x.map(&mut next), u.map(&mut next))
 }
 
+/// The nonlinear terms at a state; a jump, of width 0, as the constant that it is on either side.
+fn terms<const N: usize>(
+    b: &Bicycle<DualSVec64<N>>,
+    x: &State<DualSVec64<N>>,
+    speed: DualSVec64<N>,
+) -> Nonlinear<DualSVec64<N>> {
+    let mut terms = Nonlinear::at(b, x, speed);
+    if b.p.steer_smoothing.is_zero() {
+        terms.steer_sign = DualSVec64::from(terms.steer_sign.re);
+    }
+    if b.p.steer_rate_smoothing.is_zero() {
+        terms.steer_rate_sign = DualSVec64::from(terms.steer_rate_sign.re);
+    }
+    terms
+}
+
 /// ∂ẋ/∂x and ∂ẋ/∂u of the states that move, at state `x` and input `u`; the jumps contribute their
-/// smoothed slopes.
+/// smoothed slopes, of width 0 none.
 pub fn state_equations(b: &Bicycle, x: &State, u: &Input) -> (DMatrix<f64>, DMatrix<f64>) {
     let n = b.order();
     let dual = Bicycle::new(&b.p.map(DualSVec64::<DIRECTIONS>::from), b.formulation);
     let (x, u) = lifted::<DIRECTIONS>(x, u);
-    let rows = derivative(&dual, &x, &u).to_array();
+    let rows = derivative_with(&dual, &x, &u, &terms(&dual, &x, u.speed)).to_array();
     (
         DMatrix::from_fn(n, n, |i, j| partial(&rows[i], j)),
         DMatrix::from_fn(n, Input::LEN, |i, j| partial(&rows[i], State::LEN + j)),
@@ -73,12 +90,13 @@ pub fn state_equations(b: &Bicycle, x: &State, u: &Input) -> (DMatrix<f64>, DMat
 }
 
 /// The linear system at state `x` and input `u`, heading straight on; the jumps contribute their
-/// smoothed slopes.
+/// smoothed slopes, of width 0 none.
 pub fn linearize(b: &Bicycle, x: &State, u: &Input) -> Linear {
     let n = b.order();
     let dual = Bicycle::new(&b.p.map(DualSVec64::<DIRECTIONS>::from), b.formulation);
     let (state, input) = lifted::<DIRECTIONS>(x, u);
-    let seen = output(&dual, &state, &Path::default(), &input).to_array();
+    let terms = terms(&dual, &state, input.speed);
+    let seen = output_with(&dual, &state, &Path::default(), &input, &terms).to_array();
     let (a, b) = state_equations(b, x, u);
     Linear {
         a,

@@ -10,7 +10,7 @@ pub use page::html;
 pub use sweep::{Sweep, points};
 
 use crate::bicycles::{self, Bicycle};
-use crate::error::{Error, Result};
+use crate::error::Result;
 use bicycle::modes::{self, Root};
 use bicycle::simulate::check;
 use bicycle::{Formulation, Input, Parameters, Quantity};

@@ -275,27 +275,28 @@ fn loads() -> String {
                     .run(&bicycle.parameters, formulation, bicycle.input, 1e-3)
                     .expect("a step below the stability limit");
                 let p = case.parameters(&bicycle.parameters);
-                let mode = |p| {
-                    let mode = Oscillation::least_damped(p, formulation, bicycle.input.speed);
-                    mode.map_or_else(
-                        || "none".into(),
-                        |m| format!("{:.2} Hz, {:.3}", m.frequency, m.damping_ratio),
-                    )
+                let modes = |p| {
+                    let all = Oscillation::all(p, formulation, bicycle.input.speed);
+                    let words = all.iter().map(|o| {
+                        let name = o.mode.name();
+                        format!("{name} {:.2} Hz {:.3}", o.frequency, o.damping_ratio)
+                    });
+                    words.collect::<Vec<_>>().join(", ").replace('-', "−")
                 };
                 vec![
                     format!("{} m", case.trail),
                     format!("{load} kg"),
                     end(&course),
-                    mode(&p),
-                    mode(&p.riderless()),
+                    modes(&p),
+                    modes(&p.riderless()),
                 ]
             });
         let head = [
             &format!("`{set}`, `{}`", formulation.name()),
             "load",
             "steering",
-            "least damped mode",
-            "without the rider law",
+            "swings with the rider law",
+            "without it",
         ];
         table(&mut text, &head, rows);
         text.push('\n');

@@ -1,9 +1,8 @@
 //! What is said of an oscillation: of a steering trace, and of the linear bicycle behind it.
 
 use crate::dynamics::{Bicycle, Formulation};
-use crate::linear;
+use crate::modes::{self, Mode, Root};
 use crate::parameters::Parameters;
-use crate::state::{Input, State};
 use std::f64::consts::TAU;
 
 /// Instants \[s\] at which a trace, sampled at `time`, turns back: the tops of the parabolas through
@@ -46,6 +45,8 @@ pub fn dominant_frequency(reversals: &[f64]) -> Option<f64> {
 /// An oscillating mode of the linear bicycle: a pair of complex eigenvalues.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Oscillation {
+    /// Its name; see [`crate::modes`] for what it means.
+    pub mode: Mode,
     /// Imaginary part over 2π [Hz].
     pub frequency: f64,
     /// −Re λ/|λ| [–]: 1 does not swing, 0 does not decay, below 0 it grows.
@@ -53,27 +54,26 @@ pub struct Oscillation {
 }
 
 impl Oscillation {
-    /// The least damped oscillating mode of the bicycle upright at `speed` [m/s], with the rider law
-    /// in the loop as far as its gains are not zero; `None` where nothing oscillates. The jumps are
-    /// left out: sign θ multiplies the roll angle and vanishes upright, the Coulomb friction is
-    /// taken off.
-    pub fn least_damped(p: &Parameters, formulation: Formulation, speed: f64) -> Option<Self> {
-        let p = Parameters {
-            coulomb_friction: 0.0,
-            ..*p
-        };
-        let input = Input {
-            speed,
-            ..Input::ZERO
-        };
-        let bicycle = Bicycle::new(&p, formulation);
-        let (a, _) = linear::state_equations(&bicycle, &State::ZERO, &input);
-        let pairs = linear::eigenvalues(&a).into_iter().filter(|l| l.im > 0.0);
-        pairs
-            .map(|l| Self {
-                frequency: l.im / TAU,
-                damping_ratio: -l.re / l.norm(),
+    /// The oscillating modes of the bicycle upright at `speed` [m/s], the slowest first, with the
+    /// rider law in the loop as far as its gains are not zero. The jumps are left out.
+    pub fn all(p: &Parameters, formulation: Formulation, speed: f64) -> Vec<Self> {
+        let bicycle = Bicycle::new(p, formulation);
+        let roots = modes::over_speeds(&bicycle, &[speed]).concat();
+        let pairs = roots.into_iter().filter(|root| root.value.im > 0.0);
+        let mut all: Vec<Self> = pairs
+            .map(|Root { value, mode }| Self {
+                mode,
+                frequency: value.im / TAU,
+                damping_ratio: -value.re / value.norm(),
             })
-            .min_by(|a, b| a.damping_ratio.total_cmp(&b.damping_ratio))
+            .collect();
+        all.sort_by(|a, b| a.frequency.total_cmp(&b.frequency));
+        all
+    }
+
+    /// The least damped of them; `None` where nothing oscillates.
+    pub fn least_damped(p: &Parameters, formulation: Formulation, speed: f64) -> Option<Self> {
+        let all = Self::all(p, formulation, speed).into_iter();
+        all.min_by(|a, b| a.damping_ratio.total_cmp(&b.damping_ratio))
     }
 }

@@ -122,15 +122,11 @@ const STABLE_RADIUS: f64 = 2.6;
 pub fn stability_limit(b: &Bicycle, speed: f64) -> f64 {
     #[cfg(test)]
     tests::COMPUTED.with(|count| count.set(count.get() + 1));
-    let mut upright = *b;
-    if b.p.steer_rate_smoothing == 0.0 {
-        upright.p.coulomb_friction = 0.0;
-    }
     let input = Input {
         speed,
         ..Input::default()
     };
-    let (a, _) = linear::state_equations(&upright, &State::ZERO, &input);
+    let (a, _) = linear::state_equations(b, &State::ZERO, &input);
     STABLE_RADIUS / linear::spectral_bound(&a)
 }
 

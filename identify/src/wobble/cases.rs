@@ -131,7 +131,12 @@ impl<'a> Found<'a> {
         let course = self.course;
         let (what, value) = rearward(course.case);
         let mode = |mode: Option<Oscillation>| {
-            mode.map(|m| json!({ "frequency": m.frequency, "damping_ratio": m.damping_ratio }))
+            mode.map(|m| {
+                json!({
+                    "mode": m.mode.name(), "frequency": m.frequency,
+                    "damping_ratio": m.damping_ratio,
+                })
+            })
         };
         json!({
             "case": course.case.number,
@@ -163,7 +168,7 @@ fn table(found: &[Found]) -> String {
     let what = if loads { "load [kg]" } else { "cog [m]" };
     let mut text = format!(
         "case  trail [m]  {what:>9}  ends [s]  why          amplitude [deg]  swings [Hz]  \
-         reversals  mode [Hz]  damping  riderless [Hz]  damping\n"
+         reversals  least damped [Hz]  damping  riderless [Hz]   damping\n"
     );
     let number = |value: Option<f64>| value.map_or_else(|| "–".into(), |v| format!("{v:.3}"));
     for Found {
@@ -173,11 +178,16 @@ fn table(found: &[Found]) -> String {
     } in found
     {
         let (_, value) = rearward(course.case);
-        let frequency = |mode: &Option<Oscillation>| number(mode.map(|m| m.frequency));
+        let frequency = |mode: &Option<Oscillation>| {
+            mode.map_or_else(
+                || "–".into(),
+                |m| format!("{} {:.3}", m.mode.name(), m.frequency),
+            )
+        };
         let damping = |mode: &Option<Oscillation>| number(mode.map(|m| m.damping_ratio));
         let _ = writeln!(
             text,
-            "{:4}  {:9.3}  {value:9.2}  {:8.3}  {:11}  {:>15}  {:>11}  {:9}  {:>9}  {:>7}  {:>14}  {:>7}",
+            "{:4}  {:9.3}  {value:9.2}  {:8.3}  {:11}  {:>15}  {:>11}  {:9}  {:>17}  {:>7}  {:>14}  {:>8}",
             course.case.number,
             course.case.trail,
             course.end_time(),
@@ -191,7 +201,7 @@ fn table(found: &[Found]) -> String {
             damping(riderless),
         );
     }
-    text + "swings: dominant frequency after 1 s; reversals: in the first second; mode: the least \
-            damped oscillating mode\nupright with the rider law in the loop, Coulomb friction left \
+    text + "swings: dominant frequency after 1 s; reversals: in the first second; least damped: \
+            of the oscillating modes\nupright with the rider law in the loop, Coulomb friction left \
             out; riderless: without the law\n"
 }
