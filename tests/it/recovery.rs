@@ -4,7 +4,7 @@
 //! 8 km/h, 24 s at 200 Hz, remnant 1.2 N m rms: about 4° of steering. Rides are made with half the
 //! internal step of the fits' tables, other seeds and sensor noise.
 
-use bicycle::{Excitation, Parameters};
+use bicycle::{Excitation, Formulation, Parameters};
 use identify::fit::{Fit, fit};
 use identify::free::{ALL, Free};
 use identify::objective::Objective;
@@ -179,6 +179,57 @@ fn from_three_channels_the_tyres_come_back_determined() {
             let e = fit.estimate(name).expect("a free parameter");
             assert_eq!(e.verdict, Verdict::Determined, "{e:?}");
         }
+    }
+}
+
+/// The four-body bicycle is fitted as any other: with slip all four, without slip the friction, and
+/// nothing is sought that its equations do not have.
+#[test]
+fn rides_of_the_four_body_bicycle_are_fitted_by_it() {
+    let friction = ["viscous_friction", "coulomb_friction"];
+    for (formulation, sought) in [
+        (Formulation::Whipple, &friction[..]),
+        (Formulation::WhippleSlip, &ALL[..]),
+    ] {
+        let truth = Parameters::default();
+        let recorded = ride(&Synthesis {
+            parameters: Parameters {
+                internal_step: 0.5e-3,
+                ..truth
+            },
+            formulation,
+            torque_recorded: true,
+            ..synthesis(7)
+        });
+        let fit = run(
+            &recorded,
+            &Plan {
+                formulation,
+                parameters: Parameters {
+                    viscous_friction: 0.5,
+                    coulomb_friction: 0.1,
+                    ..truth
+                },
+                objective: Some(Objective::Time),
+                ..Plan::default()
+            },
+        );
+        let found: Vec<_> = fit.parameters.iter().map(|e| e.name.as_str()).collect();
+        assert_eq!(found, sought, "{formulation:?}");
+        for e in &fit.parameters {
+            let expected = truth.get(Parameters::index(&e.name).expect("a row"));
+            let error = e.std_error.expect("known");
+            // one ride: within four standard errors
+            assert!(
+                (e.value - expected).abs() < 4.0 * error,
+                "{formulation:?} {e:?}"
+            );
+        }
+        let alone = fit
+            .notes
+            .iter()
+            .any(|note| note.starts_with("only the front tyre"));
+        assert_eq!(alone, formulation == Formulation::WhippleSlip);
     }
 }
 

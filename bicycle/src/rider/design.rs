@@ -121,7 +121,7 @@ impl Gains {
         let back = regulator.closed_loop.transpose();
         let mut shadow = &regulator.cost_to_go * &sampled.course;
         let input = &sampled.problem.input;
-        let effect = |shadow: &DVector<f64>| input.dot(shadow) / regulator.curvature;
+        let effect = |shadow: &DVector<f64>| input.dot(shadow) / regulator.weight;
         let samples = (manner.horizon / manner.sample_time).round() as usize;
         let preview = (0..samples)
             .map(|_| {

@@ -25,7 +25,7 @@ pub struct Regulator {
     /// Φ − Γ K, n × n.
     pub closed_loop: DMatrix<f64>,
     /// `r + Γᵀ P Γ`.
-    pub curvature: f64,
+    pub weight: f64,
     /// ‖Q + Φᵀ P (Φ − Γ K) − P‖ / ‖P‖, Frobenius.
     pub residual: f64,
 }
@@ -75,8 +75,8 @@ impl Regulator {
             input_cost,
         } = problem;
         let ahead = &cost_to_go * input;
-        let curvature = input_cost + input.dot(&ahead);
-        let gain = transition.transpose() * ahead / curvature;
+        let weight = input_cost + input.dot(&ahead);
+        let gain = transition.transpose() * ahead / weight;
         let closed_loop = transition - input * gain.transpose();
         let residual =
             (state_cost + transition.transpose() * &cost_to_go * &closed_loop - &cost_to_go).norm()
@@ -85,7 +85,7 @@ impl Regulator {
             cost_to_go,
             gain,
             closed_loop,
-            curvature,
+            weight,
             residual,
         }
     }

@@ -101,6 +101,38 @@ fn the_rider_follows_every_course_with_and_without_a_load() {
     }
 }
 
+/// Ten to 113 kg, wheelbases of .99 to 1.12 m, trails of 4 to 19 cm: one procedure for all.
+#[test]
+fn measured_bicycles_are_ridden_round_the_cones_and_the_circle() {
+    let bicycles = published::measured();
+    assert_eq!(bicycles.len(), 9);
+    for (name, bicycle) in bicycles {
+        for formulation in [Formulation::Whipple, Formulation::WhippleSlip] {
+            for rear_load in [0.0, 20.0] {
+                let p = Parameters {
+                    rear_load,
+                    ..bicycle
+                };
+                let slalom = Slalom {
+                    wheelbase: p.wheelbase,
+                    ..Slalom::default()
+                };
+                for course in [slalom.course(), Circle::default().course()] {
+                    let length = course.length();
+                    let ride = ridden(&p, formulation, course);
+                    let what = format!("{name}, {formulation:?} with {rear_load} kg");
+                    assert_eq!(ride.stop, None, "{what}");
+                    let last = ride.samples.last().expect("a sample");
+                    assert!(last.place.arc_length >= length, "{what}");
+                    // half of the slalom's swing
+                    let out = largest(&ride, |s| s.place.offset);
+                    assert!(out < 0.02, "{what}: {out} m");
+                }
+            }
+        }
+    }
+}
+
 /// Where the point `ahead` [m] of the rear contact on the bicycle's axis passes `x` [m].
 fn passes(ride: &Followed, x: f64, ahead: f64) -> f64 {
     let point = |s: &Sample| {

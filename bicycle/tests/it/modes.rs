@@ -1,6 +1,6 @@
 //! Modes by name: published numbers, and names that do not depend on how they were asked for.
 
-use crate::published::{benchmark, benchmark_bicycle, delft, riderless};
+use crate::published::{benchmark, benchmark_bicycle, delft, on_even_tyres, riderless};
 use bicycle::linear::{apart, eigenvalues};
 use bicycle::modes::{Mode, Root, crossings, over_speeds};
 use bicycle::{Bicycle, Formulation, Parameters};
@@ -109,14 +109,7 @@ fn the_benchmark_has_its_published_speeds() {
 #[test]
 fn stiff_tyres_have_the_speeds_of_no_slip() {
     let speeds = |stiffness: f64, formulation| {
-        let p = Parameters {
-            cornering_stiffness: stiffness,
-            rear_cornering_stiffness: stiffness,
-            camber_stiffness: 0.0,
-            rear_camber_stiffness: 0.0,
-            relaxation_length: 0.0,
-            ..benchmark_bicycle()
-        };
+        let p = on_even_tyres(stiffness);
         let found = crossings(&Bicycle::new(&p, formulation), 1.0, 10.0);
         [found.weave, found.capsize].map(|speed| speed.expect("a crossing"))
     };

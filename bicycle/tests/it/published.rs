@@ -68,6 +68,18 @@ pub fn benchmark_bicycle() -> Parameters {
     }))
 }
 
+/// The benchmark on tyres of one cornering stiffness [1/rad], without camber thrust or relaxation.
+pub fn on_even_tyres(stiffness: f64) -> Parameters {
+    Parameters {
+        cornering_stiffness: stiffness,
+        rear_cornering_stiffness: stiffness,
+        camber_stiffness: 0.0,
+        rear_camber_stiffness: 0.0,
+        relaxation_length: 0.0,
+        ..benchmark_bicycle()
+    }
+}
+
 /// The steer-by-wire bicycle of Delft (`mechmotum/sbw_bicycle_with_model_matching`).
 pub fn delft() -> Literature {
     Literature {
@@ -95,4 +107,15 @@ pub fn delft() -> Literature {
         IFxx: 0.0644,
         IFyy: 0.1289,
     }
+}
+
+/// The nine measured bicycles of BicycleParameters by name, two with their riders.
+pub fn measured() -> Vec<(String, Parameters)> {
+    let file = file("measured_bicycles.json");
+    let bicycles = file["bicycles"].as_object().expect("bicycles");
+    let named = bicycles.iter().map(|(name, values)| {
+        let bicycle = literature(|row| values[row].as_f64().expect("a number"));
+        (name.clone(), riderless(&bicycle))
+    });
+    named.collect()
 }

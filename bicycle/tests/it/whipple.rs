@@ -1,6 +1,6 @@
 //! The four-body bicycle against its published numbers, and its slipping tyres against it.
 
-use crate::published::{benchmark, benchmark_bicycle, delft, file, riderless, text};
+use crate::published::{benchmark, benchmark_bicycle, delft, file, on_even_tyres, riderless, text};
 use bicycle::linear::{eigenvalues, linearize, state_equations};
 use bicycle::simulate::{Refusal, Simulation};
 use bicycle::whipple::{FourBodies, Matrix};
@@ -154,14 +154,7 @@ fn stiffer_tyres_slip_less() {
     for speed in [3.0, 5.0, 7.0] {
         let expected = published(&file["eigenvalues"][(speed as i32).to_string()]);
         let error = |stiffness: f64| {
-            let p = Parameters {
-                cornering_stiffness: stiffness,
-                rear_cornering_stiffness: stiffness,
-                camber_stiffness: 0.0,
-                rear_camber_stiffness: 0.0,
-                relaxation_length: 0.0,
-                ..benchmark_bicycle()
-            };
+            let p = on_even_tyres(stiffness);
             let mut found = modes(&p, Formulation::WhippleSlip, speed);
             // two fast modes of the tyres besides
             found.sort_by(|a, b| a.norm().total_cmp(&b.norm()));

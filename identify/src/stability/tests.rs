@@ -71,7 +71,7 @@ fn what_cannot_be_ridden_is_refused_at_its_point() {
         "{message}"
     );
     let thin = plan("nominal", "3", Some("roll_inertia=100:10:-10"));
-    assert!(said(&thin).starts_with("roll_inertia = 80 kg.m2: expected bicycle and rider"));
+    assert!(said(&thin).starts_with("roll_inertia = 80 kg.m2: expected bodies of positive mass"));
     let mut standing = plan("nominal", "0:3:1", None);
     assert!(stability(&standing).is_ok());
     standing.formulation = Formulation::WhippleSlip;
