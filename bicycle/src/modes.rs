@@ -18,17 +18,18 @@
 //!    others `tyre`.
 //! 3. **A rider law** is switched on gradually at 3 m/s, and the names are carried along.
 //!
+//! 4. **Over a row of the parameter table** names are carried from the bicycle's own value of that
+//!    row, at each speed.
+//!
 //! A pair that meets the real axis and splits keeps its name for both. Two real modes of
-//! different names that join become a pair whose members keep one name each, the upper one that
-//! of the larger real part, and part with these names; only where `castering` joins a mode of the
-//! tyres is the pair the field's `wobble`.
+//! different names that join become a pair with the name of the one that grew more, and part with
+//! their own names; where `castering` joins a mode of the tyres the pair is the field's `wobble`.
 //!
 //! The limits: names are those of a hands-free bicycle at moderate speed. Far from that, with
 //! large gains or friction, or with equations unlike the four-body bicycle's (`printed`,
-//! `minimal`), they tell which mode this one comes from, not what it looks like. Names are carried
-//! along speed with the parameters held: along a parameter at one speed, beyond a double root at
-//! another speed, or where two pairs of the tyres nearly meet at 3 m/s, a name may pass from one
-//! mode to another.
+//! `minimal`), they tell which mode this one comes from, not what it looks like. Around a double
+//! root names depend on the way: a mode that speed leads to may have another name than one that a
+//! parameter leads to.
 
 mod track;
 
@@ -104,6 +105,90 @@ pub fn over_speeds(b: &Bicycle, speeds: &[f64]) -> Vec<Vec<Root>> {
     }
 }
 
+/// The same of each of `values` of something that changes the bicycle, `b` being the bicycle at a
+/// value: names are carried from `own`, the value that the bicycle has itself. Where the number of
+/// states changes on the way they are given anew.
+pub fn over_values(
+    b: &impl Fn(f64) -> Bicycle,
+    own: f64,
+    values: &[f64],
+    speeds: &[f64],
+) -> Vec<Vec<Vec<Root>>> {
+    match b(own).order() {
+        4 => Named::<4>::over_values(b, own, values, speeds),
+        5 => Named::<5>::over_values(b, own, values, speeds),
+        6 => Named::<6>::over_values(b, own, values, speeds),
+        _ => Named::<8>::over_values(b, own, values, speeds),
+    }
+}
+
+/// The speeds between `slowest` and `fastest` [m/s] at which every mode of `b` decays: from, to,
+/// to round-off, but for stretches shorter than .2 m/s.
+pub fn stable_speeds(b: &Bicycle, slowest: f64, fastest: f64) -> Vec<[f64; 2]> {
+    match b.order() {
+        4 => stable(&Upright::<4>::new(b), slowest, fastest),
+        5 => stable(&Upright::<5>::new(b), slowest, fastest),
+        6 => stable(&Upright::<6>::new(b), slowest, fastest),
+        _ => stable(&Upright::<8>::new(b), slowest, fastest),
+    }
+}
+
+fn stable<const N: usize>(system: &Upright<N>, slowest: f64, fastest: f64) -> Vec<[f64; 2]>
+where
+    SMatrix<f64, N, N>: Spectral<N>,
+{
+    let decays = |speed: f64| {
+        let spectrum = system.at(speed).spectrum();
+        spectrum.is_some_and(|values| values.iter().all(|value| value.re < 0.0))
+    };
+    let mut found: Vec<[f64; 2]> = Vec::new();
+    let grid = grid(slowest, fastest);
+    let mut decayed = false;
+    for (i, &speed) in grid.iter().enumerate() {
+        let here = decays(speed);
+        if here != decayed {
+            let edge = if i == 0 {
+                speed
+            } else {
+                bisect(grid[i - 1], speed, |v| decays(v) == decayed)
+            };
+            if here {
+                found.push([edge, fastest]);
+            } else if let Some(last) = found.last_mut() {
+                last[1] = edge;
+            }
+        }
+        decayed = here;
+    }
+    found
+}
+
+/// Speeds from `slowest` to `fastest`, both among them, a stride or less apart.
+fn grid(slowest: f64, fastest: f64) -> Vec<f64> {
+    let count = ((fastest - slowest) / STRIDE).ceil().max(1.0);
+    let inner = (1..count as usize).map(|i| slowest + (fastest - slowest) * i as f64 / count);
+    [slowest]
+        .into_iter()
+        .chain(inner)
+        .chain([fastest])
+        .collect()
+}
+
+/// Where `holds` ends between `low`, where it does, and `high`, where it does not.
+fn bisect(mut low: f64, mut high: f64, holds: impl Fn(f64) -> bool) -> f64 {
+    loop {
+        let middle = 0.5 * (low + high);
+        if middle <= low || middle >= high {
+            return middle;
+        }
+        if holds(middle) {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+}
+
 /// Speeds [m/s] at which a mode changes between growth and decay.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Crossings {
@@ -175,14 +260,44 @@ where
         self.at(speeds).iter().map(Branches::roots).collect()
     }
 
+    fn over_values(
+        b: &impl Fn(f64) -> Bicycle,
+        own: f64,
+        values: &[f64],
+        speeds: &[f64],
+    ) -> Vec<Vec<Vec<Root>>> {
+        let (low, high) = values
+            .iter()
+            .fold((own, own), |(low, high), v| (low.min(*v), high.max(*v)));
+        let stride = (high - low) / 16.0;
+        let mut order: Vec<usize> = (0..values.len()).collect();
+        order.sort_by(|i, j| values[*i].total_cmp(&values[*j]));
+        let (below, above) = order.split_at(order.partition_point(|i| values[*i] < own));
+        let start = Self::new(&b(own)).at(speeds);
+        let mut found = vec![Vec::new(); values.len()];
+        let mut walk = |way: &mut dyn Iterator<Item = &usize>| {
+            let (mut at, mut branches) = (own, start.clone());
+            for &i in way {
+                let bicycle = b(values[i]);
+                if bicycle.order() != N {
+                    found[i] = over_speeds(&bicycle, speeds);
+                    continue;
+                }
+                for (branch, &speed) in branches.iter_mut().zip(speeds) {
+                    let system = |value| Upright::<N>::new(&b(value)).at(speed);
+                    *branch = follow(system, branch, (at, values[i]), stride);
+                }
+                at = values[i];
+                found[i] = branches.iter().map(Branches::roots).collect();
+            }
+        };
+        walk(&mut below.iter().rev());
+        walk(&mut above.iter());
+        found
+    }
+
     fn crossings(&self, slowest: f64, fastest: f64) -> Crossings {
-        let count = ((fastest - slowest) / STRIDE).ceil().max(1.0);
-        let inner = (1..count as usize).map(|i| slowest + (fastest - slowest) * i as f64 / count);
-        let speeds: Vec<f64> = [slowest]
-            .into_iter()
-            .chain(inner)
-            .chain([fastest])
-            .collect();
+        let speeds = grid(slowest, fastest);
         let found = self.at(&speeds);
         let first = |mode: Mode, sign: f64| {
             let growths: Vec<f64> = found.iter().map(|b| sign * b.growth(mode)).collect();
@@ -199,18 +314,9 @@ where
     /// eigenvalue problems, and nothing to go wrong at the kink where a pair splits.
     fn root(&self, mode: Mode, from: (f64, &Branches<N>), to: f64) -> f64 {
         let grows = from.1.growth(mode) > 0.0;
-        let (mut low, mut high) = (from.0, to);
-        loop {
-            let middle = 0.5 * (low + high);
-            if middle <= low || middle >= high {
-                return middle;
-            }
-            if (self.onward(from, middle).growth(mode) > 0.0) == grows {
-                low = middle;
-            } else {
-                high = middle;
-            }
-        }
+        bisect(from.0, to, |speed| {
+            (self.onward(from, speed).growth(mode) > 0.0) == grows
+        })
     }
 }
 

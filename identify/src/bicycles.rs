@@ -87,6 +87,44 @@ pub struct Changes {
     pub load: Option<String>,
     /// `--set name=value`, in the order typed.
     pub set: Vec<String>,
+    /// `--formulation whipple`.
+    pub formulation: Option<String>,
+}
+
+impl Changes {
+    /// Makes them, but for the rider's.
+    fn apply(&self, bicycle: &mut Bicycle) -> Result<()> {
+        if let Some(typed) = &self.load {
+            let assigned = bicycle.assign("rear_load", typed);
+            assigned.map_err(|e| e.typed(format!("--load {typed}")))?;
+        }
+        for typed in &self.set {
+            let set = bicycle.set(typed);
+            set.map_err(|e| e.typed(format!("--set {typed}")))?;
+        }
+        if let Some(typed) = &self.formulation {
+            let known = formulation(typed);
+            bicycle.formulation = known.map_err(|e| e.typed(format!("--formulation {typed}")))?;
+        }
+        let checked = bicycle.check();
+        checked.map_err(|e| {
+            let typed = self.words();
+            if typed.is_empty() { e } else { e.typed(typed) }
+        })
+    }
+
+    /// As they were typed.
+    fn words(&self) -> String {
+        let flag = |flag: &str, value: &String| format!("{flag} {value}");
+        let load = self.load.iter().map(|value| flag("--load", value));
+        let set = self.set.iter().map(|value| flag("--set", value));
+        let formulation = self.formulation.iter();
+        let formulation = formulation.map(|value| flag("--formulation", value));
+        load.chain(set)
+            .chain(formulation)
+            .collect::<Vec<_>>()
+            .join(" ")
+    }
 }
 
 impl Bicycle {
@@ -110,17 +148,7 @@ impl Bicycle {
             e @ Error::Argument { .. } => e,
             e => e.in_file(file),
         })?;
-        if let Some(typed) = &changes.load {
-            bicycle
-                .assign("rear_load", typed)
-                .map_err(|e| e.typed(format!("--load {typed}")))?;
-        }
-        for typed in &changes.set {
-            bicycle
-                .set(typed)
-                .map_err(|e| e.typed(format!("--set {typed}")))?;
-        }
-        bicycle.check()?;
+        bicycle.change(changes)?;
         Ok(bicycle)
     }
 
@@ -183,6 +211,11 @@ impl Bicycle {
                 .set(index, admit(row, value.si(row.unit, row.name)?)?);
         }
         Ok(bicycle)
+    }
+
+    /// Makes changes, but for another rider, and checks what comes of them.
+    pub fn change(&mut self, changes: &Changes) -> Result<()> {
+        changes.apply(self)
     }
 
     /// Applies `name=value`: a parameter, a row of the excitation, the start value of an input, or

@@ -1,7 +1,7 @@
 //! Free parameters: rows of the tables as variables of a search.
 
 use crate::error::{Error, Result};
-use bicycle::{Excitation, Parameters, Quantity};
+use bicycle::{Excitation, Formulation, Parameters, Quantity};
 use nalgebra::DVector;
 
 /// The remnant's intensity is searched by its logarithm, so its lower bound cannot be 0.
@@ -14,6 +14,13 @@ pub const ALL: [&str; 4] = [
     "viscous_friction",
     "coulomb_friction",
 ];
+
+/// Those of them that a formulation has: wheels that do not slip have no tyres.
+pub fn all(formulation: Formulation) -> Vec<&'static str> {
+    let slips = formulation != Formulation::Whipple;
+    let known = |name: &&str| slips || !name.ends_with("_stiffness");
+    ALL.into_iter().filter(known).collect()
+}
 
 /// Where the value of a free parameter goes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

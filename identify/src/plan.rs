@@ -1,7 +1,7 @@
 //! What is asked of a fit, and what it means for a ride.
 
 use crate::error::{Error, Result};
-use crate::free::{ALL, Candidate, Free};
+use crate::free::{ALL, Candidate, Free, all};
 use crate::objective::{Objective, Unknowns};
 use crate::ride::Ride;
 use crate::spectrum::{Recipe, Taper};
@@ -119,11 +119,10 @@ pub fn resolve(ride: &Ride, plan: &Plan) -> Result<Resolved> {
             ],
             _ => &["effective_damping"],
         };
-        // wheels that do not slip have no tyres
-        let slips = plan.formulation != Formulation::Whipple;
+        let known = all(plan.formulation);
         names
             .iter()
-            .filter(|name| slips || !name.ends_with("_stiffness"))
+            .filter(|name| known.contains(name) || !ALL.contains(name))
             .map(|name| Free::new(name))
             .collect::<Result<_>>()?
     };

@@ -48,6 +48,16 @@ impl Plan {
             rider_law: false,
         }
     }
+
+    /// The bicycle of `parameters` as the plan rides it.
+    fn bicycle(&self, parameters: &Parameters) -> bicycle::Bicycle {
+        let p = if self.rider_law {
+            *parameters
+        } else {
+            parameters.riderless()
+        };
+        bicycle::Bicycle::new(&p, self.formulation)
+    }
 }
 
 /// The eigenvalues of a bicycle at one speed.
@@ -69,8 +79,8 @@ impl Point {
     }
 }
 
-/// The weave and the capsize speed of one bicycle.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// The weave and the capsize speed of one bicycle, and where it is stable.
+#[derive(Debug, Clone, PartialEq)]
 pub struct Crossing {
     /// Value of the swept row [SI].
     pub value: Option<f64>,
@@ -78,6 +88,8 @@ pub struct Crossing {
     pub weave_speed: Option<f64>,
     /// Lowest speed [m/s] from which capsize, stable below, grows; none in the range.
     pub capsize_speed: Option<f64>,
+    /// Speeds [m/s], from and to, at which every mode decays.
+    pub stable_speeds: Vec<[f64; 2]>,
 }
 
 /// What was found.
@@ -118,27 +130,41 @@ pub fn stability(plan: &Plan) -> Result<Stability> {
         notes: Vec::new(),
     };
     let mut light: Option<(Option<f64>, f64)> = None;
-    for (value, parameters) in sweep::values(plan)? {
-        let b = ready(plan, &parameters, (slowest, fastest)).map_err(|cause| match found.row {
-            Some(row) => cause.typed(sweep::at(row, value)),
+    let values = sweep::values(plan)?;
+    let mut bicycles = Vec::with_capacity(values.len());
+    for (value, parameters) in &values {
+        let b = ready(plan, parameters, (slowest, fastest)).map_err(|cause| match found.row {
+            Some(row) => cause.typed(sweep::at(row, *value)),
             None => cause,
         })?;
         let share = b.front_load / (b.front_load + b.rear_wheel_load);
         if share < LIGHT && light.is_none_or(|(_, least)| share < least) {
-            light = Some((value, share));
+            light = Some((*value, share));
         }
-        let rows = modes::over_speeds(&b, &plan.speeds);
+        bicycles.push(b);
+    }
+    let all = match &plan.sweep {
+        None => vec![modes::over_speeds(&bicycles[0], &plan.speeds)],
+        Some(sweep) => {
+            let at = |value| plan.bicycle(&sweep.apply(&plan.parameters, value));
+            let own = plan.parameters.get(sweep.index());
+            modes::over_values(&at, own, &sweep.values, &plan.speeds)
+        }
+    };
+    for (((value, _), b), rows) in values.iter().zip(&bicycles).zip(all) {
+        let value = *value;
         let points = plan.speeds.iter().zip(rows);
         found.points.extend(points.map(|(speed, roots)| Point {
             value,
             speed: *speed,
             roots,
         }));
-        let speeds = modes::crossings(&b, searched.0, searched.1);
+        let speeds = modes::crossings(b, searched.0, searched.1);
         found.crossings.push(Crossing {
             value,
             weave_speed: speeds.weave,
             capsize_speed: speeds.capsize,
+            stable_speeds: modes::stable_speeds(b, searched.0, searched.1),
         });
     }
     found.notes = words::notes(plan, &found, light);
@@ -151,12 +177,7 @@ fn ready(
     parameters: &Parameters,
     (slowest, fastest): (f64, f64),
 ) -> Result<bicycle::Bicycle> {
-    let p = if plan.rider_law {
-        *parameters
-    } else {
-        parameters.riderless()
-    };
-    let b = bicycle::Bicycle::new(&p, plan.formulation);
+    let b = plan.bicycle(parameters);
     check(&b, slowest)?;
     let row = &Input::TABLE[Input::index("speed").expect("an input")];
     bicycles::admit(row, fastest)?;

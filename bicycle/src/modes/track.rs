@@ -42,11 +42,11 @@ impl Branch {
         distance / size + 1.0 - self.shape.dotc(&other.shape).norm_sqr()
     }
 
-    /// The two names as they are told.
-    fn told(&self) -> [Mode; 2] {
+    /// The name as it is told: of two that joined that of the one that grew more.
+    fn told(&self) -> Mode {
         match self.names {
-            [Mode::Castering, Mode::Tyre] | [Mode::Tyre, Mode::Castering] => [Mode::Wobble; 2],
-            names => names,
+            [Mode::Castering, Mode::Tyre] | [Mode::Tyre, Mode::Castering] => Mode::Wobble,
+            [upper, _] => upper,
         }
     }
 }
@@ -101,14 +101,11 @@ where
     pub(super) fn roots(&self) -> Vec<Root> {
         let mut roots = Vec::with_capacity(N);
         for branch in self.iter() {
-            let [mode, lower] = branch.told();
-            let value = branch.value;
+            let (value, mode) = (branch.value, branch.told());
             roots.push(Root { value, mode });
             if !branch.is_real() {
-                roots.push(Root {
-                    value: value.conj(),
-                    mode: lower,
-                });
+                let value = value.conj();
+                roots.push(Root { value, mode });
             }
         }
         roots.sort_by(|a, b| {
@@ -123,7 +120,7 @@ where
 
     /// Largest real part [1/s] among the eigenvalues of `mode`; −∞ where there is none.
     pub(super) fn growth(&self, mode: Mode) -> f64 {
-        let of_mode = self.iter().filter(|branch| branch.told().contains(&mode));
+        let of_mode = self.iter().filter(|branch| branch.told() == mode);
         of_mode.fold(f64::NEG_INFINITY, |most, branch| most.max(branch.value.re))
     }
 

@@ -1,9 +1,9 @@
 //! Modes by name: published numbers, and names that do not depend on how they were asked for.
 
 use crate::published::{benchmark, benchmark_bicycle, delft, on_even_tyres, riderless};
-use bicycle::linear::{apart, eigenvalues};
-use bicycle::modes::{Mode, Root, crossings, over_speeds};
-use bicycle::{Bicycle, Formulation, Parameters};
+use bicycle::linear::{apart, eigenvalues, state_equations};
+use bicycle::modes::{Mode, Root, crossings, over_speeds, over_values, stable_speeds};
+use bicycle::{Bicycle, Formulation, Input, Parameters, State};
 use nalgebra::Complex;
 
 fn speeds(from: f64, to: f64, count: usize) -> Vec<f64> {
@@ -261,4 +261,116 @@ fn riding_speed_has_its_weave_at_every_trail() {
             assert!(capsize[0].im == 0.0, "{millimetres} mm: {roots:?}");
         }
     }
+}
+
+/// Between weave and capsize speed every mode of the benchmark decays, and nowhere else.
+#[test]
+fn stable_speeds_lie_between_weave_and_capsize() {
+    let b = Bicycle::new(&benchmark_bicycle(), Formulation::Whipple);
+    let [[from, to]] = stable_speeds(&b, 0.0, 10.0)[..] else {
+        panic!("one range")
+    };
+    // Meijaard et al. 2007, to the digits that double precision has
+    assert!((from - 4.292382536341104).abs() < 1e-12, "{from}");
+    assert!((to - 6.024262015388359).abs() < 1e-12, "{to}");
+    assert_eq!(stable_speeds(&b, 0.0, 4.0), Vec::<[f64; 2]>::new());
+    assert_eq!(stable_speeds(&b, 5.0, 6.0), [[5.0, 6.0]]);
+}
+
+/// A steady turn knows no relaxation: the capsize speed, where A is singular, is the same whatever
+/// the relaxation length, and A changes the sign of its determinant there.
+#[test]
+fn capsize_is_where_the_determinant_vanishes() {
+    let at = |relaxation_length: f64| {
+        let p = Parameters {
+            relaxation_length,
+            ..benchmark_bicycle()
+        };
+        let b = Bicycle::new(&p, Formulation::WhippleSlip);
+        (b, crossings(&b, 1.0, 10.0).capsize.expect("a crossing"))
+    };
+    let (_, without) = at(0.0);
+    for relaxation_length in [0.175, 0.01, 1e-3] {
+        let (b, speed) = at(relaxation_length);
+        let determinant = |speed: f64| {
+            let u = Input {
+                speed,
+                ..Input::ZERO
+            };
+            state_equations(&b, &State::ZERO, &u).0.determinant()
+        };
+        // round-off of eigenvalues up to v/σ beside one whose slope over speed is .04 1/m
+        let slack = 1e-14 * speed / relaxation_length / 0.04 * 10.0;
+        assert!(
+            (speed - without).abs() < 1e-9 + slack,
+            "{relaxation_length}: {speed}"
+        );
+        assert!(determinant(speed - slack - 1e-9) * determinant(speed + slack + 1e-9) < 0.0);
+    }
+}
+
+/// A pair has one name.
+#[test]
+fn both_members_of_a_pair_have_its_name() {
+    for formulation in Formulation::ALL {
+        for trail in [-0.035, 0.13] {
+            let p = Parameters {
+                trail,
+                ..Parameters::default()
+            };
+            for roots in over_speeds(&Bicycle::new(&p, formulation), &[0.5, 2.0, 5.0]) {
+                for root in roots.iter().filter(|root| root.value.im > 0.0) {
+                    let partner = roots.iter().find(|r| r.value == root.value.conj());
+                    assert_eq!(partner.map(|r| r.mode), Some(root.mode), "{formulation:?}");
+                }
+            }
+        }
+    }
+}
+
+/// Over a row names are carried from the bicycle's own value: neither order nor step of the values
+/// changes one, and where nothing is in doubt they are those that speed gives.
+#[test]
+fn names_over_a_row_do_not_depend_on_how_it_is_swept() {
+    let loads: Vec<f64> = (0..=6).map(|i| 5.0 * f64::from(i)).collect();
+    let speeds = [8.0 / 3.6, 5.0];
+    for formulation in [
+        Formulation::Repaired,
+        Formulation::Whipple,
+        Formulation::WhippleSlip,
+    ] {
+        let b = |rear_load: f64| {
+            let p = Parameters {
+                rear_load,
+                ..Parameters::default()
+            };
+            Bicycle::new(&p, formulation)
+        };
+        let up = over_values(&b, 0.0, &loads, &speeds);
+        let backwards: Vec<f64> = loads.iter().rev().copied().collect();
+        let mut down = over_values(&b, 0.0, &backwards, &speeds);
+        down.reverse();
+        assert_eq!(up, down, "{formulation:?}");
+        assert_eq!(
+            over_values(&b, 0.0, &[30.0], &speeds)[0],
+            up[6],
+            "{formulation:?}"
+        );
+        assert_eq!(up[0], over_speeds(&b(0.0), &speeds), "{formulation:?}");
+    }
+}
+
+/// A relaxation length of 0 takes two states away: names are given anew there.
+#[test]
+fn a_row_may_change_the_number_of_states() {
+    let b = |relaxation_length: f64| {
+        let p = Parameters {
+            relaxation_length,
+            ..Parameters::default()
+        };
+        Bicycle::new(&p, Formulation::WhippleSlip)
+    };
+    let found = over_values(&b, 0.175, &[0.0, 0.1, 0.2], &[3.0]);
+    let counts: Vec<_> = found.iter().map(|rows| rows[0].len()).collect();
+    assert_eq!(counts, [6, 8, 8]);
 }

@@ -1,9 +1,10 @@
 //! Eigenvalues by mode over speed or over a row of the table, and the map of both.
 
 use super::canvas::{
-    BLACK, BLUE, Drawn, GREEN, Mark, ORANGE, PURPLE, SKY, VERMILLION, axes, px, stacked, stroke,
+    BLACK, BLUE, Drawn, GREEN, Mark, ORANGE, PURPLE, SKY, VERMILLION, WIDTH, axes, px, stacked,
+    stroke,
 };
-use super::{range, shown, words};
+use super::{decimated, range, shown, words};
 use crate::stability::{Crossing, Point, Stability};
 use bicycle::modes::{Mode, Root};
 use plotters::element::{Circle, PathElement, Rectangle};
@@ -85,7 +86,8 @@ fn curves(found: &Stability) -> String {
                 // what leaves the panel, and what is not there, breaks the line
                 for piece in line.split(|(_, value)| !y.contains(value)) {
                     let style = stroke(colour(*mode).into(), 1.4);
-                    chart.draw_series([PathElement::new(piece.to_vec(), style)])?;
+                    let seen = decimated(piece, &ends, WIDTH as usize);
+                    chart.draw_series([PathElement::new(seen, style)])?;
                 }
             }
         }
@@ -121,6 +123,7 @@ fn map(found: &Stability) -> String {
     let mut entries = vec![
         (Mark::Line(BLUE), "weave speed".to_owned()),
         (Mark::Line(VERMILLION), "capsize speed".into()),
+        (Mark::Line(BLACK), "edge of stability".into()),
     ];
     let tint =
         |(_, colour, alpha, _): &(f64, RGBColor, f64, &str)| -> RGBAColor { colour.mix(*alpha) };
@@ -131,6 +134,8 @@ fn map(found: &Stability) -> String {
     );
     let mut columns: Vec<&[Point]> = found.points.chunk_by(|a, b| a.value == b.value).collect();
     columns.sort_by(|a, b| a[0].value.partial_cmp(&b[0].value).expect("numbers"));
+    let mut crossings: Vec<&Crossing> = found.crossings.iter().collect();
+    crossings.sort_by(|a, b| a.value.partial_cmp(&b.value).expect("numbers"));
     let values: Vec<f64> = columns
         .iter()
         .map(|column| factor * column[0].value.unwrap_or(f64::NAN))
@@ -156,13 +161,21 @@ fn map(found: &Stability) -> String {
                 from = to;
             }
         }
+        for (crossing, sides) in crossings.iter().zip(borders.windows(2)) {
+            // where the search ends nothing changes
+            let edges = crossing.stable_speeds.iter().flatten();
+            for edge in edges.filter(|edge| **edge != y.start && **edge != y.end) {
+                let across = [(sides[0], *edge), (sides[1], *edge)];
+                chart.draw_series([PathElement::new(across, stroke(BLACK.into(), 0.9))])?;
+            }
+        }
         let lines: [(Speed, RGBColor); 2] = [
             (|crossing| crossing.weave_speed, BLUE),
             (|crossing| crossing.capsize_speed, VERMILLION),
         ];
         for (speed, colour) in lines {
             let point = |c: &Crossing| (factor * c.value.unwrap_or(f64::NAN), speed(c));
-            let line: Vec<_> = found.crossings.iter().map(point).collect();
+            let line: Vec<_> = crossings.iter().copied().map(point).collect();
             for piece in line.split(|(_, speed)| speed.is_none()) {
                 let known = piece.iter().filter_map(|(x, speed)| Some((*x, (*speed)?)));
                 let path = PathElement::new(known.collect::<Vec<_>>(), stroke(colour.into(), 2.0));

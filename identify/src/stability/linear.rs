@@ -7,11 +7,13 @@ use super::{Plan, ready, words};
 use crate::error::{Error, Result};
 use crate::map::{Signs, is_turned};
 use bicycle::linear::{Linear, linearize, steady_turn};
-use bicycle::{Input, Output, Parameters, Quantity, State};
+use bicycle::simulate;
+use bicycle::{Formulation, Input, Output, Parameters, Path, Quantity, State};
 use nalgebra::DMatrix;
 use serde_json::{Value, json};
 
-/// ẋ = A x + B u, y = C x + D u of changes from a steady motion, SI.
+/// ẋ = A x + B u, y = C x + D u of changes from a steady motion, SI. Heading and place, integrals of
+/// what is among the outputs, are no states here: the outputs that follow from them are left out.
 #[derive(Debug, Clone, PartialEq)]
 pub struct System {
     /// The four matrices, in the convention of `signs`.
@@ -20,6 +22,10 @@ pub struct System {
     pub state: State,
     /// What holds it: its speed, and in a turn a steer torque.
     pub input: Input,
+    /// What is seen of it.
+    pub output: Output,
+    /// The equations.
+    pub formulation: Formulation,
     /// The sign convention.
     pub signs: Signs,
     /// What was left out.
@@ -49,6 +55,8 @@ pub fn system(plan: &Plan, steer: f64, signs: Signs) -> Result<System> {
         })?
     };
     let mut matrices = linearize(&b, &state, &input);
+    let seen: Vec<usize> = seen().map(|(i, _)| i).collect();
+    (matrices.c, matrices.d) = (matrices.c.select_rows(&seen), matrices.d.select_rows(&seen));
     if signs == Signs::Literature {
         turn(&mut matrices);
     }
@@ -56,15 +64,25 @@ pub fn system(plan: &Plan, steer: f64, signs: Signs) -> Result<System> {
         matrices,
         state,
         input,
+        output: simulate::output(&b, &state, &Path::default(), &input),
+        formulation: plan.formulation,
         signs,
-        notes: words::left_out(plan),
+        notes: words::left_out(plan, steer == 0.0),
     })
+}
+
+/// The outputs that a linear system about a steady motion has, with their rows in the table: those
+/// that do not hang on heading and place.
+fn seen() -> impl Iterator<Item = (usize, &'static Quantity)> {
+    let of_path = |name: &str| Path::index(name).is_some() || ["x_rate", "y_rate"].contains(&name);
+    let rows = Output::TABLE.iter().enumerate();
+    rows.filter(move |(_, row)| !of_path(row.name))
 }
 
 /// What points to the left points to the right from here, and the other way round.
 fn turn(linear: &mut Linear) {
     let sign = |row: &Quantity| if is_turned(row.name) { -1.0 } else { 1.0 };
-    let turned = |m: &mut DMatrix<f64>, rows: &[Quantity], columns: &[Quantity]| {
+    let turned = |m: &mut DMatrix<f64>, rows: &[&Quantity], columns: &[&Quantity]| {
         for (i, row) in rows.iter().enumerate() {
             for (j, column) in columns.iter().enumerate() {
                 // + 0 turns −0 into 0
@@ -72,11 +90,20 @@ fn turn(linear: &mut Linear) {
             }
         }
     };
-    let states = linear.states();
-    turned(&mut linear.a, states, states);
-    turned(&mut linear.b, states, Input::TABLE);
-    turned(&mut linear.c, Output::TABLE, states);
-    turned(&mut linear.d, Output::TABLE, Input::TABLE);
+    let [states, inputs, outputs] = rows(linear);
+    turned(&mut linear.a, &states, &states);
+    turned(&mut linear.b, &states, &inputs);
+    turned(&mut linear.c, &outputs, &states);
+    turned(&mut linear.d, &outputs, &inputs);
+}
+
+/// States, inputs and outputs of a system.
+fn rows(linear: &Linear) -> [Vec<&'static Quantity>; 3] {
+    [
+        linear.states().iter().collect(),
+        Input::TABLE.iter().collect(),
+        seen().map(|(_, row)| row).collect(),
+    ]
 }
 
 impl System {
@@ -87,24 +114,32 @@ impl System {
     }
 
     /// Rows by what they are of the system.
-    fn rows(&self) -> [(&'static str, &'static [Quantity]); 3] {
-        [
-            ("state", self.matrices.states()),
-            ("input", Input::TABLE),
-            ("output", Output::TABLE),
-        ]
+    fn rows(&self) -> [(&'static str, Vec<&'static Quantity>); 3] {
+        let [states, inputs, outputs] = rows(&self.matrices);
+        [("state", states), ("input", inputs), ("output", outputs)]
     }
 
-    /// The motion that changes are counted from, in the convention of the matrices.
-    fn about(&self) -> [(&'static str, f64); 4] {
-        let all = [
-            ("speed", self.input.speed),
-            ("roll", self.state.roll),
-            ("steer", self.state.steer),
-            ("steer_torque", self.input.steer_torque),
-        ];
-        let turned = |name| self.signs == Signs::Literature && is_turned(name);
-        all.map(|(name, value)| (name, if turned(name) { 0.0 - value } else { value }))
+    /// The motion that changes are counted from, in the convention of the matrices: `x0`, `u0`, `y0`
+    /// in the order of states, inputs and outputs.
+    fn about(&self) -> [(&'static str, Vec<f64>); 3] {
+        let [states, inputs, outputs] = rows(&self.matrices);
+        let signed = |rows: Vec<&'static Quantity>, values: &[f64]| {
+            let turned = |name| self.signs == Signs::Literature && is_turned(name);
+            let one = |(row, value): (&Quantity, &f64)| {
+                if turned(row.name) {
+                    0.0 - *value
+                } else {
+                    *value
+                }
+            };
+            rows.into_iter().zip(values).map(one).collect()
+        };
+        let seen: Vec<f64> = seen().map(|(i, _)| self.output.get(i)).collect();
+        [
+            ("x0", signed(states, &self.state.to_array())),
+            ("u0", signed(inputs, &self.input.to_array())),
+            ("y0", signed(outputs, &seen)),
+        ]
     }
 
     fn convention(&self) -> &'static str {
@@ -114,8 +149,8 @@ impl System {
         }
     }
 
-    /// `A` to `D` by rows; `states`, `inputs`, `outputs` and their `_units`; where the motion is
-    /// (`speed`, `roll`, `steer`, `steer_torque`, in the convention); `signs`, `notes`.
+    /// `A` to `D` by rows; `states`, `inputs`, `outputs` and their `_units`; the motion that changes
+    /// are counted from, `x0`, `u0`, `y0`; `formulation`, `signs`, `notes`.
     pub fn to_json(&self) -> Value {
         let mut whole = serde_json::Map::new();
         for (name, matrix) in self.matrices() {
@@ -132,12 +167,13 @@ impl System {
         for (name, value) in self.about() {
             whole.insert(name.into(), json!(value));
         }
+        whole.insert("formulation".into(), json!(self.formulation.name()));
         whole.insert("signs".into(), json!(self.convention()));
         whole.insert("notes".into(), json!(self.notes));
         Value::Object(whole)
     }
 
-    /// The same as a MAT-file of level 5: matrices, cell arrays of names, a number and texts.
+    /// The same as a MAT-file of level 5: matrices, columns, cell arrays of names, texts.
     pub fn to_mat(&self) -> Vec<u8> {
         let mut file = mat::File::new();
         for (name, matrix) in self.matrices() {
@@ -150,8 +186,9 @@ impl System {
             file.texts(&format!("{name}_units"), &units);
         }
         for (name, value) in self.about() {
-            file.matrix(name, &DMatrix::from_element(1, 1, value));
+            file.matrix(name, &DMatrix::from_vec(value.len(), 1, value));
         }
+        file.text("formulation", self.formulation.name());
         file.text("signs", self.convention());
         file.into_bytes()
     }
@@ -160,16 +197,19 @@ impl System {
     pub fn table(&self) -> String {
         use std::fmt::Write as _;
         let [(_, states), (_, inputs), (_, outputs)] = self.rows();
-        let mut text = format!("signs {}", self.convention());
-        for (name, value) in self.about() {
-            let _ = write!(text, ", {name} {value}");
+        let mut text = format!("{}, signs {}\n", self.formulation.name(), self.convention());
+        for ((name, values), rows) in self.about().iter().zip([&states, &inputs, &outputs]) {
+            let _ = write!(text, "\n{name}");
+            for (row, value) in rows.iter().zip(values).filter(|(_, value)| **value != 0.0) {
+                let _ = write!(text, "  {} {value:.6} {}", row.name, row.unit.symbol);
+            }
         }
         text.push('\n');
         let shapes = [
-            (states, states),
-            (states, inputs),
-            (outputs, states),
-            (outputs, inputs),
+            (&states, &states),
+            (&states, &inputs),
+            (&outputs, &states),
+            (&outputs, &inputs),
         ];
         for ((name, matrix), (rows, columns)) in self.matrices().into_iter().zip(shapes) {
             let _ = write!(text, "\n{name:26}");

@@ -1,6 +1,6 @@
 //! A sweep as one HTML file that needs nothing else.
 
-use super::words::{by_value, short, speed};
+use super::words::{by_value, ranges, short, speed};
 use super::{Crossing, Plan, Point, Stability};
 use crate::figure;
 use crate::report::markup::{self, FOOT, cell, escape, head, list, paragraph, section};
@@ -47,17 +47,25 @@ pub fn html(plan: &Plan, found: &Stability, name: &str, command: &str) -> String
 }
 
 const CURVES: &str = "Eigenvalues of the bicycle upright, by mode: where the real part is above \
-    zero the mode grows.";
+    zero the mode grows. What decays much faster than weave and capsize is not drawn.";
 const MAP: &str = "Shaded is the growth of whichever mode grows fastest, of the bicycle upright.";
 const NAMES: &str = "Modes have their names from riding speed, carried along by eigenvector: a \
     pair that splits on the real axis keeps its name for both.";
 
 fn crossings(found: &Stability) -> String {
     let mut heads: Vec<String> = row_head(found).into_iter().collect();
-    heads.extend(["weave speed [m/s]", "capsize speed [m/s]"].map(str::to_owned));
+    let kinds = [
+        "weave speed [m/s]",
+        "capsize speed [m/s]",
+        "every mode decays [m/s]",
+    ];
+    heads.extend(kinds.map(str::to_owned));
     let row = |crossing: &Crossing| {
-        let cells = [crossing.weave_speed, crossing.capsize_speed].map(speed);
-        line(crossing.value.map(|v| format!("{v:.4}")), cells.to_vec())
+        let mut cells = [crossing.weave_speed, crossing.capsize_speed]
+            .map(speed)
+            .to_vec();
+        cells.push(ranges(&crossing.stable_speeds));
+        line(crossing.value.map(|v| format!("{v:.4}")), cells)
     };
     let rows: Vec<_> = found.crossings.iter().map(row).collect();
     markup::table("crossings", &heads, &rows)

@@ -25,6 +25,15 @@ impl Sweep {
         };
         let (name, range) = text.split_once('=').ok_or_else(form)?;
         let names = Parameters::TABLE.iter().map(|row| row.name);
+        let elsewhere = match name.trim() {
+            "speed" => Some("a row of the parameter table (speeds are --speed FROM:TO:STEP)"),
+            "formulation" => Some("a row of the parameter table that is a number"),
+            _ => None,
+        };
+        if let Some(expected) = elsewhere {
+            let found = name.trim().into();
+            return Err(Error::Form { expected, found });
+        }
         let index = Parameters::index(name.trim())
             .ok_or_else(|| Error::unknown("parameter", name.trim(), names))?;
         let row = &Parameters::TABLE[index];
@@ -34,6 +43,11 @@ impl Sweep {
             admit(row, *end)?;
         }
         Ok(Self { row, values })
+    }
+
+    /// The row's index in the table.
+    pub fn index(&self) -> usize {
+        Parameters::index(self.row.name).expect("a row of the table")
     }
 
     /// `p` with the row at `value` [SI]. Where a mass or its place changes, the inertias about the
@@ -48,8 +62,8 @@ impl Sweep {
             },
             "cog_to_rear" => Body { x: value, ..body },
             "cog_height" => Body { h: value, ..body },
-            name => {
-                p.set(Parameters::index(name).expect("a row of the table"), value);
+            _ => {
+                p.set(self.index(), value);
                 return p;
             }
         };

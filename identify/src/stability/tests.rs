@@ -216,6 +216,48 @@ fn literature_signs_turn_what_points_left() {
     );
 }
 
+/// Heading and place are no states: what hangs on them is left out, and the motion that changes are
+/// counted from is told in full, in a turn as well.
+#[test]
+fn a_linear_system_says_what_it_is_about() {
+    let asked = plan("nominal", "4", None);
+    let json = linear::system(&asked, 0.05, Signs::Iso8855)
+        .unwrap()
+        .to_json();
+    let names =
+        |group: &str| -> Vec<String> { serde_json::from_value(json[group].clone()).unwrap() };
+    let outputs = names("outputs");
+    for absent in ["heading", "x", "y", "x_rate", "y_rate"] {
+        assert!(!outputs.iter().any(|name| name == absent), "{absent}");
+    }
+    assert_eq!(json["C"].as_array().unwrap().len(), outputs.len());
+    let value = |list: &str, group: &str, name: &str| {
+        let place = names(group).iter().position(|n| n == name).unwrap();
+        json[list][place].as_f64().unwrap()
+    };
+    assert_eq!(value("x0", "states", "steer"), 0.05);
+    assert_eq!(value("u0", "inputs", "speed"), 4.0);
+    let (state, output) = (
+        value("x0", "states", "yaw_rate"),
+        value("y0", "outputs", "yaw_rate"),
+    );
+    assert_eq!(state, output);
+    // V tan(θ − β)/L, with some slip
+    assert!(
+        (0.5..1.0).contains(&(state / (4.0 * 0.05 / 1.015))),
+        "{state}"
+    );
+    // steady: nothing accelerates
+    for row in [
+        "roll_acceleration",
+        "steer_acceleration",
+        "yaw_acceleration",
+    ] {
+        assert!(value("y0", "outputs", row).abs() < 1e-9, "{row}");
+    }
+    assert_eq!(json["formulation"], "repaired");
+}
+
 /// The element at `offset` of a MAT-file: its type, its data, and where the next one begins.
 fn element(bytes: &[u8], offset: usize) -> (u32, &[u8], usize) {
     let word = |at: usize| u32::from_le_bytes(bytes[at..at + 4].try_into().unwrap());
@@ -248,6 +290,6 @@ fn a_mat_file_reads_back() {
         }
         offset = next;
     }
-    let expected = "A B C D states state_units inputs input_units outputs output_units speed roll steer steer_torque signs";
+    let expected = "A B C D states state_units inputs input_units outputs output_units x0 u0 y0 formulation signs";
     assert_eq!(names.join(" "), expected);
 }

@@ -13,7 +13,11 @@ pub(super) fn notes(
     found: &Stability,
     light: Option<(Option<f64>, f64)>,
 ) -> Vec<String> {
-    let mut notes = left_out(plan);
+    let mut notes = left_out(plan, true);
+    let p = &plan.parameters;
+    if plan.rider_law && p.riderless() == *p {
+        notes.push("this bicycle has no rider law: all its gains are 0".into());
+    }
     if let (Some(row), Some((first, rest))) = (found.row, by_value(found).split_first()) {
         let same = |points: &&[Point]| {
             let mut both = points.iter().zip(*first);
@@ -22,29 +26,27 @@ pub(super) fn notes(
         if !rest.is_empty() && rest.iter().all(same) {
             let name = row.name;
             let formulation = plan.formulation.name();
-            let law = if plan.rider_law {
-                ""
-            } else {
+            let law = if !plan.rider_law && name.starts_with("rider_") {
                 " without its rider law"
+            } else {
+                ""
             };
             notes.push(format!("{name} plays no part in {formulation}{law}"));
         }
     }
-    if let Some((value, share)) = light {
-        let place = match found.row {
-            Some(row) => format!(" at {}", at(row, value)),
-            None => String::new(),
-        };
+    // of a bicycle alone it is known when it is opened
+    if let (Some((value, share)), Some(row)) = (light, found.row) {
         notes.push(format!(
-            "the front wheel carries {:.1} % of the weight{place}: hardly enough to steer with",
-            100.0 * share
+            "the front wheel carries {:.1} % of the weight at {}: little is left to steer with",
+            100.0 * share,
+            at(row, value)
         ));
     }
     notes
 }
 
 /// What a linear system does not have.
-pub(super) fn left_out(plan: &Plan) -> Vec<String> {
+pub(super) fn left_out(plan: &Plan, upright: bool) -> Vec<String> {
     let mut notes = Vec::new();
     let swept = plan.sweep.as_ref().map(|sweep| sweep.row.name);
     if plan.parameters.coulomb_friction != 0.0 || swept == Some("coulomb_friction") {
@@ -54,7 +56,7 @@ pub(super) fn left_out(plan: &Plan) -> Vec<String> {
                 .into(),
         );
     }
-    if !plan.formulation.has_four_bodies() {
+    if upright && !plan.formulation.has_four_bodies() {
         notes.push(
             "upright, the trail's jump with sign θ has no linear part and is left out".into(),
         );
@@ -75,8 +77,9 @@ fn row(name: Option<&str>, value: Option<f64>) -> Map<String, Value> {
         .collect()
 }
 
-/// `{"rows": […], "weave_speed": …, "capsize_speed": …, "notes": […]}`; with a swept row, rows
-/// carry its value and the two speeds stand in `"crossings"`, one for each value.
+/// `{"rows": […], "weave_speed": …, "capsize_speed": …, "stable_speeds": [[from, to]…],
+/// "searched": [from, to], "notes": […]}`; with a swept row, rows carry its value and the speeds stand
+/// in `"crossings"`, one for each value.
 pub fn to_json(found: &Stability) -> Value {
     let name = found.row.map(|row| row.name);
     let point = |point: &Point| {
@@ -93,6 +96,7 @@ pub fn to_json(found: &Stability) -> Value {
         let mut fields = row(name, crossing.value);
         fields.insert("weave_speed".into(), json!(crossing.weave_speed));
         fields.insert("capsize_speed".into(), json!(crossing.capsize_speed));
+        fields.insert("stable_speeds".into(), json!(crossing.stable_speeds));
         fields
     };
     let mut whole = Map::new();
@@ -107,6 +111,7 @@ pub fn to_json(found: &Stability) -> Value {
             whole.insert("crossings".into(), all.into());
         }
     }
+    whole.insert("searched".into(), json!(found.searched));
     whole.insert("notes".into(), json!(found.notes));
     Value::Object(whole)
 }
@@ -126,6 +131,17 @@ pub(super) fn speed(value: Option<f64>) -> String {
     value.map_or_else(|| "–".into(), |value| format!("{value:.4}"))
 }
 
+/// Ranges of speeds in short.
+pub(super) fn ranges(ranges: &[[f64; 2]]) -> String {
+    let one = |[from, to]: &[f64; 2]| format!("{from:.4} to {to:.4}");
+    let all: Vec<_> = ranges.iter().map(one).collect();
+    if all.is_empty() {
+        "none".into()
+    } else {
+        all.join(", ")
+    }
+}
+
 /// The sweep as a table: a line a point, then the weave and capsize speeds.
 pub fn table(found: &Stability) -> String {
     let head = found.row.map_or_else(String::new, |row| {
@@ -141,10 +157,17 @@ pub fn table(found: &Stability) -> String {
         let named = named.collect::<Vec<_>>().join("  ");
         let _ = writeln!(text, "{}{:11.4}  {named}", value(point.value), point.speed);
     }
-    let _ = writeln!(text, "\n{head}weave speed [m/s]  capsize speed [m/s]");
+    let (from, to) = found.searched;
+    let _ = writeln!(
+        text,
+        "\n{head}weave speed [m/s]  capsize speed [m/s]  every mode decays [m/s]; looked for at \
+         {from} to {to} m/s"
+    );
     for crossing in &found.crossings {
         let (weave, capsize) = (speed(crossing.weave_speed), speed(crossing.capsize_speed));
-        let _ = writeln!(text, "{}{weave:>17}  {capsize:>19}", value(crossing.value));
+        let stable = ranges(&crossing.stable_speeds);
+        let value = value(crossing.value);
+        let _ = writeln!(text, "{value}{weave:>17}  {capsize:>19}  {stable}");
     }
     text
 }

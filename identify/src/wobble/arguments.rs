@@ -26,7 +26,7 @@ pub struct BicycleArguments {
     #[arg(long, value_name = "MASS", allow_hyphen_values = true)]
     load: Option<String>,
     /// Put another rider on: mass and height, e.g. 75kg,1.78m
-    #[arg(long, value_name = "MASS,HEIGHT")]
+    #[arg(long, value_name = "MASS,HEIGHT", allow_hyphen_values = true)]
     rider: Option<String>,
     /// The equations: printed, minimal, repaired, whipple, whipple_slip
     #[arg(long, value_name = "NAME")]
@@ -46,44 +46,34 @@ impl BicycleArguments {
             .any(|text| text.split('=').next() == Some(name))
     }
 
-    /// The bicycle meant; its notes are told on stderr.
-    pub fn open(&self) -> Result<Bicycle> {
-        let changes = Changes {
+    fn changes(&self) -> Changes {
+        Changes {
             rider: self.rider.clone(),
             load: self.load.clone(),
             set: self.set.clone(),
-        };
-        let mut bicycle = Bicycle::open(&self.bicycle, &changes)
+            formulation: self.formulation.clone(),
+        }
+    }
+
+    /// The bicycle meant; its notes are told on stderr.
+    pub fn open(&self) -> Result<Bicycle> {
+        let bicycle = Bicycle::open(&self.bicycle, &self.changes())
             .map_err(|cause| misnamed(cause, "--bicycle", &self.bicycle))?;
-        self.finish(&mut bicycle)?;
+        tell(&bicycle);
         Ok(bicycle)
     }
 
     /// Changes a bicycle that does not come from `--bicycle`; its notes are told on stderr.
     pub fn change(&self, bicycle: &mut Bicycle) -> Result<()> {
-        if let Some(load) = &self.load {
-            bicycle
-                .set(&format!("rear_load={load}"))
-                .map_err(|cause| cause.typed(format!("--load {load}")))?;
-        }
-        for text in &self.set {
-            bicycle
-                .set(text)
-                .map_err(|cause| cause.typed(format!("--set {text}")))?;
-        }
-        bicycle.check()?;
-        self.finish(bicycle)
-    }
-
-    fn finish(&self, bicycle: &mut Bicycle) -> Result<()> {
-        if let Some(name) = &self.formulation {
-            bicycle.formulation = identify::bicycles::formulation(name)
-                .map_err(|cause| cause.typed(format!("--formulation {name}")))?;
-        }
-        for note in &bicycle.notes {
-            eprintln!("note: {note}");
-        }
+        bicycle.change(&self.changes())?;
+        tell(bicycle);
         Ok(())
+    }
+}
+
+fn tell(bicycle: &Bicycle) {
+    for note in &bicycle.notes {
+        eprintln!("note: {note}");
     }
 }
 

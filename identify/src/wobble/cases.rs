@@ -7,7 +7,7 @@ use bicycle::Parameters;
 use bicycle::cases::{self, Case, Course, Oscillation, Rearward};
 use clap::Args;
 use identify::bicycles::{Bicycle, admit};
-use identify::error::Result as Typed;
+use identify::error::{Error, Result as Typed};
 use identify::{figure, file, unit};
 use serde_json::{Value, json};
 use std::fmt::Write as _;
@@ -57,6 +57,19 @@ impl Cases {
             Some(loads) => cases::loaded(&masses(loads)?),
             None => cases::all().to_vec(),
         };
+        if let Some(path) = self
+            .out
+            .as_deref()
+            .filter(|p| p.extension() != Some("svg".as_ref()))
+        {
+            let found = path.display().to_string();
+            let expected = "a file .svg";
+            let form = Error::Form {
+                expected,
+                found: found.clone(),
+            };
+            return Err(form.typed(format!("--out {found}")).into());
+        }
         let bicycle = self.bicycle.open()?;
         for case in &of {
             check(&bicycle, *case)?;

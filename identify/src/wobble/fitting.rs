@@ -5,13 +5,14 @@ use crate::arguments::{
 };
 use crate::output::{Output, Progress};
 use anyhow::{Context, Result};
+use bicycle::Formulation;
 use bicycle::quantity::S;
 use clap::Args;
 use identify::bicycles::Bicycle;
 use identify::csv::Import;
 use identify::error::{Error, Result as Typed};
 use identify::fit;
-use identify::free::{ALL, Free};
+use identify::free::{Free, all};
 use identify::map::Map;
 use identify::objective::Objective;
 use identify::plan::{self, Plan};
@@ -122,7 +123,7 @@ impl Fit {
             excitation,
             objective: objective.transpose()?,
             channels,
-            free: self.free()?,
+            free: self.free(bicycle.formulation)?,
             bounds: self.bounds()?,
             recipe: self.spectrum.recipe()?,
             window: quantity("--window", &self.window, S)?,
@@ -131,8 +132,8 @@ impl Fit {
         })
     }
 
-    fn free(&self) -> Typed<Option<Vec<Free>>> {
-        let all = ALL.map(str::to_owned);
+    fn free(&self, formulation: Formulation) -> Typed<Option<Vec<Free>>> {
+        let all: Vec<_> = all(formulation).into_iter().map(str::to_owned).collect();
         let asked = if self.free == ["all"] {
             &all[..]
         } else {

@@ -10,6 +10,7 @@ use identify::error::Error;
 use identify::file;
 use identify::map;
 use identify::stability::linear::system;
+use std::path::PathBuf;
 
 /// Sign conventions by name.
 #[derive(Clone, Copy, ValueEnum)]
@@ -38,7 +39,7 @@ pub struct Linear {
     /// Sign convention of what is written
     #[arg(long, default_value = "iso8855")]
     signs: Signs,
-    /// Write a MAT-file, level 5, to the file that --out names
+    /// Write a MAT-file, level 5, to the file that --out names, as one called .mat is anyway
     #[arg(long, requires = "out", conflicts_with = "json")]
     mat: bool,
     #[command(flatten)]
@@ -69,8 +70,9 @@ impl Linear {
         for note in &system.notes {
             eprintln!("note: {note}");
         }
+        let is_mat = |path: &PathBuf| path.extension().is_some_and(|e| e == "mat");
         match &self.output.out {
-            Some(path) if self.mat => Ok(file::write(path, system.to_mat())?),
+            Some(path) if self.mat || is_mat(path) => Ok(file::write(path, system.to_mat())?),
             _ => self.output.json_or(&system.to_json(), || system.table()),
         }
     }

@@ -29,7 +29,7 @@ impl ListParameters {
         let rows = rows(&bicycle);
         let mut json: Vec<_> = rows
             .iter()
-            .map(|(kind, row, value)| describe(kind, row, *value))
+            .map(|(kind, row, value)| describe(kind, row, *value, &bicycle))
             .collect();
         json.push(json!({
             "name": "formulation", "kind": "fixed parameter", "value": bicycle.formulation.name(),
@@ -42,7 +42,8 @@ impl ListParameters {
                 "formulation", "", bicycle.formulation.name(), "", bicycle.formulation.what()
             );
             for (kind, row, value) in &rows {
-                let Quantity { name, symbol, unit, min, max, what, source, .. } = row;
+                let Quantity { name, symbol, unit, min, max, what, .. } = row;
+                let source = source(row, *value, &bicycle);
                 let measured = row.measured.map_or(String::new(), |(a, b)| format!(", measured {a}–{b}"));
                 let _ = writeln!(
                     text,
@@ -73,11 +74,19 @@ fn rows(b: &Bicycle) -> Vec<(&'static str, &'static Quantity, f64)> {
     all
 }
 
-fn describe(kind: &str, row: &Quantity, value: f64) -> serde_json::Value {
+/// Where a row's value comes from: the table, where it is nominal, else the set.
+fn source(row: &Quantity, value: f64, bicycle: &Bicycle) -> String {
+    if value == row.nominal {
+        return row.source.into();
+    }
+    format!("{}: {}", bicycle.name, bicycle.source)
+}
+
+fn describe(kind: &str, row: &Quantity, value: f64, bicycle: &Bicycle) -> serde_json::Value {
     json!({
         "name": row.name, "symbol": row.symbol, "unit": row.unit.symbol, "kind": kind,
         "value": value, "nominal": row.nominal, "min": row.min, "max": row.max,
-        "measured": row.measured, "description": row.what, "source": row.source,
+        "measured": row.measured, "description": row.what, "source": source(row, value, bicycle),
     })
 }
 
@@ -98,13 +107,23 @@ pub struct Simulate {
     #[arg(long)]
     ride: bool,
     /// Sine of steer torque in the ride, e.g. 1.11Hz,4N.m: the slalom
-    #[arg(long, value_name = "FREQUENCY,TORQUE", requires = "ride")]
+    #[arg(
+        long,
+        value_name = "FREQUENCY,TORQUE",
+        requires = "ride",
+        conflicts_with = "course"
+    )]
     line: Option<String>,
     /// Record the whole steer torque in the ride
-    #[arg(long, requires = "ride")]
+    #[arg(long, requires = "ride", conflicts_with = "course")]
     torque: bool,
     /// Seed of the ride
-    #[arg(long, default_value_t = 1, requires = "ride")]
+    #[arg(
+        long,
+        default_value_t = 1,
+        requires = "ride",
+        conflicts_with = "course"
+    )]
     seed: u64,
     #[command(flatten)]
     course: CourseArguments,
