@@ -178,7 +178,7 @@ fn notes_say_what_is_left_out_and_what_is_odd() {
     let mut light = plan("benchmark", "3", Some("rear_load=0:30:10"));
     light.parameters.rear_load_x = -1.0;
     assert!(
-        notes(&light).contains("at rear_load = 30 kg: hardly"),
+        notes(&light).contains("at rear_load = 30 kg: little"),
         "{}",
         notes(&light)
     );
@@ -220,7 +220,8 @@ fn literature_signs_turn_what_points_left() {
 /// counted from is told in full, in a turn as well.
 #[test]
 fn a_linear_system_says_what_it_is_about() {
-    let asked = plan("nominal", "4", None);
+    let mut asked = plan("nominal", "4", None);
+    asked.formulation = Formulation::Repaired;
     let json = linear::system(&asked, 0.05, Signs::Iso8855)
         .unwrap()
         .to_json();
@@ -242,9 +243,9 @@ fn a_linear_system_says_what_it_is_about() {
         value("y0", "outputs", "yaw_rate"),
     );
     assert_eq!(state, output);
-    // V tan(θ − β)/L, with some slip
+    // V tan(θ − β)/L: camber thrust takes more than the turn asks for, so the front tyre slips back
     assert!(
-        (0.5..1.0).contains(&(state / (4.0 * 0.05 / 1.015))),
+        (1.0..1.2).contains(&(state / (4.0 * 0.05 / 1.015))),
         "{state}"
     );
     // steady: nothing accelerates
