@@ -105,6 +105,7 @@ pub fn resolve(ride: &Ride, plan: &Plan) -> Result<Resolved> {
         }
     }
     let bicycle = Bicycle::new(&plan.parameters, plan.formulation);
+    ride.check_moving()?;
     simulate::check(&bicycle, ride.mean_speed(plan.speed))?;
     check_moved(&channels, &bicycle)?;
     let mut free = if let Some(free) = &plan.free {

@@ -457,7 +457,7 @@ fn bicycles_that_cannot_be_ridden() {
     refused(
         path,
         "simulate --load 90kg --set rear_load_x=-0.9",
-        1,
+        2,
         "expected a front wheel on the ground",
     );
     refused(

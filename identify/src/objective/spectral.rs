@@ -49,7 +49,6 @@ impl Measured {
         speed: f64,
         noise: Option<&[f64]>,
     ) -> Result<Self> {
-        ride.check_moving()?;
         let analysis = Analysis::new(recipe, ride.step(), ride.len())?;
         let mut transformed = Vec::new();
         let mut deviations = Vec::new();

@@ -66,7 +66,6 @@ impl Time {
         (speed, window): (f64, f64),
         noise: Option<&[f64]>,
     ) -> Result<Self> {
-        ride.check_moving()?;
         let torque = ride.signal("steer_torque")?.to_vec();
         let speeds = ride
             .channel("speed")
