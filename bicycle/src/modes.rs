@@ -23,7 +23,8 @@
 //!
 //! A pair that meets the real axis and splits keeps its name for both. Two real modes of
 //! different names that join become a pair with the name of the one that grew more, and part with
-//! their own names; where `castering` joins a mode of the tyres the pair is the field's `wobble`.
+//! their own names; where `castering` joins a mode of the tyres the pair is the field's `wobble`, and
+//! where `capsize` joins one of a split weave it is `weave`.
 //!
 //! The limits: names are those of a hands-free bicycle at moderate speed. Far from that, with
 //! large gains or friction, or with equations unlike the four-body bicycle's (`printed`,

@@ -42,10 +42,12 @@ impl Branch {
         distance / size + 1.0 - self.shape.dotc(&other.shape).norm_sqr()
     }
 
-    /// The name as it is told: of two that joined that of the one that grew more.
+    /// The name as it is told: of two that joined that of the one that grew more, but what swings
+    /// with weave in it is weave.
     fn told(&self) -> Mode {
         match self.names {
             [Mode::Castering, Mode::Tyre] | [Mode::Tyre, Mode::Castering] => Mode::Wobble,
+            [Mode::Weave, Mode::Capsize] | [Mode::Capsize, Mode::Weave] => Mode::Weave,
             [upper, _] => upper,
         }
     }
