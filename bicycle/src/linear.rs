@@ -8,7 +8,7 @@ use crate::dynamics::{Bicycle, Formulation, Nonlinear, derivative_with, output_w
 use crate::parameters::Parameters;
 use crate::quantity::Quantity;
 use crate::real::Real;
-use crate::state::{Input, Output, Path, State};
+use crate::state::{Input, Path, State};
 use crate::tyre;
 use nalgebra::{Complex, DMatrix, DVector, SMatrix, SVector, Schur};
 use num_dual::{Dual2SVec64, DualSVec64};
@@ -21,7 +21,7 @@ pub struct Linear {
     pub a: DMatrix<f64>,
     /// ∂ẋ/∂u, n × 4, columns in the order of [`Input`].
     pub b: DMatrix<f64>,
-    /// ∂y/∂x, rows in the order of [`Output`].
+    /// ∂y/∂x, rows in the order of [`crate::Output`].
     pub c: DMatrix<f64>,
     /// ∂y/∂u.
     pub d: DMatrix<f64>,
@@ -34,7 +34,6 @@ impl Linear {
     }
 }
 
-const YAW_RATE: usize = State::index("yaw_rate").expect("a state");
 /// Directions of the dual numbers: the states, then the inputs.
 const DIRECTIONS: usize = State::LEN + Input::LEN;
 
@@ -76,17 +75,23 @@ fn terms<const N: usize>(
     terms
 }
 
+/// What `rows` change with the first `n` states and with the inputs.
+fn slopes<const N: usize>(rows: &[DualSVec64<N>], n: usize) -> (DMatrix<f64>, DMatrix<f64>) {
+    let count = rows.len();
+    (
+        DMatrix::from_fn(count, n, |i, j| partial(&rows[i], j)),
+        DMatrix::from_fn(count, Input::LEN, |i, j| partial(&rows[i], State::LEN + j)),
+    )
+}
+
 /// ∂ẋ/∂x and ∂ẋ/∂u of the states that move, at state `x` and input `u`; the jumps contribute their
 /// smoothed slopes, of width 0 none.
 pub fn state_equations(b: &Bicycle, x: &State, u: &Input) -> (DMatrix<f64>, DMatrix<f64>) {
     let n = b.order();
     let dual = Bicycle::new(&b.p.map(DualSVec64::<DIRECTIONS>::from), b.formulation);
     let (x, u) = lifted::<DIRECTIONS>(x, u);
-    let rows = derivative_with(&dual, &x, &u, &terms(&dual, &x, u.speed)).to_array();
-    (
-        DMatrix::from_fn(n, n, |i, j| partial(&rows[i], j)),
-        DMatrix::from_fn(n, Input::LEN, |i, j| partial(&rows[i], State::LEN + j)),
-    )
+    let rates = derivative_with(&dual, &x, &u, &terms(&dual, &x, u.speed)).to_array();
+    slopes(&rates[..n], n)
 }
 
 /// The linear system at state `x` and input `u`, heading straight on; the jumps contribute their
@@ -97,15 +102,10 @@ pub fn linearize(b: &Bicycle, x: &State, u: &Input) -> Linear {
     let (state, input) = lifted::<DIRECTIONS>(x, u);
     let terms = terms(&dual, &state, input.speed);
     let seen = output_with(&dual, &state, &Path::default(), &input, &terms).to_array();
-    let (a, b) = state_equations(b, x, u);
-    Linear {
-        a,
-        b,
-        c: DMatrix::from_fn(Output::LEN, n, |i, j| partial(&seen[i], j)),
-        d: DMatrix::from_fn(Output::LEN, Input::LEN, |i, j| {
-            partial(&seen[i], State::LEN + j)
-        }),
-    }
+    let rates = derivative_with(&dual, &state, &input, &terms).to_array();
+    let (a, b) = slopes(&rates[..n], n);
+    let (c, d) = slopes(&seen, n);
+    Linear { a, b, c, d }
 }
 
 /// The linear system at rest upright with the three nonlinear terms held apart:
@@ -144,12 +144,13 @@ pub fn apart(p: &Parameters, formulation: Formulation, speed: f64) -> Apart {
     };
     let rows = derivative_with(&dual, &x, &u, &terms).to_array();
     let n = dual.order();
+    let (state, input) = slopes(&rows[..n], n);
     let mut seen = x;
     seen.yaw_rate = dual.yaw_rate(&x, u.speed);
     let seen = seen.to_array();
     Apart {
-        state: DMatrix::from_fn(n, n, |i, j| partial(&rows[i], j)),
-        input: DMatrix::from_fn(n, Input::LEN, |i, j| partial(&rows[i], State::LEN + j)),
+        state,
+        input,
         steer_rate_sign: DVector::from_fn(n, |i, _| partial(&rows[i], DIRECTIONS)),
         path_angle: DVector::from_fn(n, |i, _| partial(&rows[i], DIRECTIONS + 1)),
         steer_sign: if formulation.has_four_bodies() {
@@ -245,8 +246,9 @@ const FORCES: usize = State::index("front_lateral_force").expect("a state");
 
 /// The Schur form of a finite matrix. Forces are counted in kilonewtons meanwhile, or their size
 /// would cost the slow modes three digits. (Balancing does as much there, but worse where tyres are
-/// stiff and do not relax.) The QR iteration mostly takes some ten rounds. One matrix in a million sends it round in circles; its transpose, with the same
-/// eigenvalues, takes another way. (A macro: nalgebra's bounds on a size would fill half a page.)
+/// stiff and do not relax.) The QR iteration mostly takes some ten rounds. One matrix in a million
+/// sends it round in circles; its transpose, with the same eigenvalues, takes another way. (A macro:
+/// nalgebra's bounds on a size would fill half a page.)
 macro_rules! schur {
     ($a:expr) => {{
         let mut even = $a.clone();
@@ -327,11 +329,15 @@ fn bound<const N: usize>(mut power: SMatrix<f64, N, N>, a: &DMatrix<f64>) -> f64
 /// Eigenvalue of largest real part [1/s] of the bicycle upright at `speed`, jumps left out; the
 /// rider law is in the loop as far as its gains are not zero.
 pub fn fastest_growth(p: &Parameters, formulation: Formulation, speed: f64) -> Complex<f64> {
-    let parts = apart(p, formulation, speed);
-    let slope = p.wheelbase / speed;
-    let mut a = parts.state;
-    if let Some(mut yaw) = a.column_iter_mut().nth(YAW_RATE) {
-        yaw.axpy(slope, &parts.path_angle, 1.0);
-    }
+    let exact = Parameters {
+        steer_smoothing: 0.0,
+        steer_rate_smoothing: 0.0,
+        ..*p
+    };
+    let upright = Input {
+        speed,
+        ..Input::ZERO
+    };
+    let (a, _) = state_equations(&Bicycle::new(&exact, formulation), &State::ZERO, &upright);
     eigenvalues(&a)[0]
 }

@@ -19,7 +19,7 @@ mod written;
 use crate::error::{self, Error, Result};
 use crate::file;
 use crate::unit;
-use bicycle::mass::{self, Body};
+use bicycle::mass::Body;
 use bicycle::quantity::{KG, M, Quantity};
 use bicycle::simulate;
 use bicycle::{Excitation, Formulation, Input, Parameters};
@@ -260,17 +260,22 @@ impl Bicycle {
         let p = &self.parameters;
         let bicycle = bicycle::Bicycle::new(p, self.formulation);
         simulate::check(&bicycle, self.input.speed)?;
-        let front_load = bicycle.front_load;
-        let share = front_load / (mass::loaded(p).total_mass * p.gravity);
-        if share < LIGHT {
-            self.notes.push(format!(
-                "the front wheel carries {:.1} % of the weight ({front_load:.0} N): little is left \
-                 to steer with",
-                100.0 * share
-            ));
-        }
+        self.notes.extend(light_front(&bicycle, ""));
         Ok(())
     }
+}
+
+/// Says so where the front wheel carries little; `place` says where, ` at rear_load = 30 kg`.
+pub(crate) fn light_front(bicycle: &bicycle::Bicycle, place: &str) -> Option<String> {
+    let load = bicycle.front_load;
+    let share = load / (load + bicycle.rear_wheel_load);
+    (share < LIGHT).then(|| {
+        format!(
+            "the front wheel carries {:.1} % of the weight ({load:.0} N){place}: little is left to \
+             steer with",
+            100.0 * share
+        )
+    })
 }
 
 const FORMULATION: &str = "formulation";
@@ -281,10 +286,8 @@ fn names(table: &'static [Quantity]) -> impl Iterator<Item = &'static str> {
 
 /// The formulation called `name`.
 pub fn formulation(name: &str) -> Result<Formulation> {
-    Formulation::ALL
-        .into_iter()
-        .find(|f| f.name() == name)
-        .ok_or_else(|| Error::unknown(FORMULATION, name, Formulation::ALL.map(Formulation::name)))
+    name.parse()
+        .map_err(|_| Error::unknown(FORMULATION, name, Formulation::ALL.map(Formulation::name)))
 }
 
 /// A rider as typed: mass and height, `75kg,1.78m`.

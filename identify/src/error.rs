@@ -257,6 +257,9 @@ pub enum Error {
     #[error("bicycle {bicycle}: a rider cannot be put on: {why}")]
     Rider { bicycle: String, why: &'static str },
 
+    /// A sweep without points, or with more than there is time for.
+    #[error("expected 1 to {most} points, found {found}")]
+    Points { most: usize, found: String },
     /// A mass or inertia that no matter has.
     #[error(
         "expected {body} of positive mass and positive definite inertia, found {:.3} kg and {:.3} \
@@ -475,35 +478,4 @@ pub(crate) fn toml(file: &str, text: &str, error: &::toml::de::Error) -> Error {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_misspelt_name_finds_its_neighbours() {
-        assert_eq!(nearest("trial", ["steer", "trail", "roll"]), ["trail"]);
-        assert_eq!(
-            nearest("Steer", ["roll", "steer_rate", "steer"]),
-            ["steer", "steer_rate"]
-        );
-        assert_eq!(
-            nearest("stiffness", ["trail", "camber_stiffness"]),
-            ["camber_stiffness"]
-        );
-        assert_eq!(nearest("", ["trail", "speed"]), ["trail"]);
-    }
-
-    #[test]
-    fn typed_errors_are_told_from_others() {
-        let unknown = || Error::unknown("parameter", "trial", ["trail"]);
-        assert!(
-            !unknown().in_file("lab.toml").is_typed(),
-            "what stands in a file was not typed"
-        );
-        let typed = unknown().typed("--set trial=3");
-        assert!(typed.is_typed());
-        assert_eq!(
-            typed.to_string(),
-            "--set trial=3: unknown parameter `trial`; nearest: trail"
-        );
-    }
-}
+mod tests;

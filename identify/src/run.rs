@@ -11,7 +11,7 @@ use crate::plan::{self, Plan};
 use crate::ride::Ride;
 use crate::spectrum::{Recipe, Taper, residual};
 use crate::synthesis::{SensorNoise, Synthesis};
-use bicycle::{Excitation, Formulation, Input, Parameters, Quantity};
+use bicycle::{Excitation, Input, Parameters, Quantity};
 use nalgebra::DVector;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -168,13 +168,7 @@ impl Run {
         for (name, value) in &self.start.rows {
             start.set(&Free::new(name)?, *value);
         }
-        let formulation: Formulation = self.start.formulation.parse().map_err(|_| {
-            Error::unknown(
-                "formulation",
-                &self.start.formulation,
-                Formulation::ALL.map(Formulation::name),
-            )
-        })?;
+        let formulation = crate::bicycles::formulation(&self.start.formulation)?;
         let channel = |name: &String| crate::ride::quantity(name).map(|row| row.name);
         Ok(Plan {
             parameters: start.parameters,

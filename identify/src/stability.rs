@@ -17,8 +17,6 @@ use bicycle::{Formulation, Input, Parameters, Quantity};
 
 /// Points a sweep or a map may have: some seconds of work, tens of MB of JSON.
 pub const MOST_POINTS: usize = 100_000;
-/// Share of the weight on the front wheel below which a bicycle is hard to steer at all (assumed).
-const LIGHT: f64 = 0.05;
 /// Speeds [m/s] between which weave and capsize speed are looked for where one speed is asked for.
 const SEARCHED: (f64, f64) = (0.1, 20.0);
 
@@ -113,7 +111,7 @@ pub struct Stability {
 pub fn stability(plan: &Plan) -> Result<Stability> {
     let count = plan.speeds.len() * plan.sweep.as_ref().map_or(1, |sweep| sweep.values.len());
     if count == 0 || count > MOST_POINTS {
-        return Err(sweep::too_many(count));
+        return Err(sweep::too_many(format!("{count} points")));
     }
     let fold = |f: fn(f64, f64) -> f64| plan.speeds.iter().copied().reduce(f).unwrap_or(0.0);
     let (slowest, fastest) = (fold(f64::min), fold(f64::max));
@@ -129,29 +127,24 @@ pub fn stability(plan: &Plan) -> Result<Stability> {
         searched,
         notes: Vec::new(),
     };
-    let mut light: Option<(Option<f64>, f64)> = None;
     let values = sweep::values(plan)?;
-    let mut bicycles = Vec::with_capacity(values.len());
+    let mut ridden = Vec::with_capacity(values.len());
     for (value, parameters) in &values {
         let b = ready(plan, parameters, (slowest, fastest)).map_err(|cause| match found.row {
             Some(row) => cause.typed(sweep::at(row, *value)),
             None => cause,
         })?;
-        let share = b.front_load / (b.front_load + b.rear_wheel_load);
-        if share < LIGHT && light.is_none_or(|(_, least)| share < least) {
-            light = Some((*value, share));
-        }
-        bicycles.push(b);
+        ridden.push(b);
     }
     let all = match &plan.sweep {
-        None => vec![modes::over_speeds(&bicycles[0], &plan.speeds)],
+        None => vec![modes::over_speeds(&ridden[0], &plan.speeds)],
         Some(sweep) => {
             let at = |value| plan.bicycle(&sweep.apply(&plan.parameters, value));
             let own = plan.parameters.get(sweep.index());
             modes::over_values(&at, own, &sweep.values, &plan.speeds)
         }
     };
-    for (((value, _), b), rows) in values.iter().zip(&bicycles).zip(all) {
+    for (((value, _), b), rows) in values.iter().zip(&ridden).zip(all) {
         let value = *value;
         let points = plan.speeds.iter().zip(rows);
         found.points.extend(points.map(|(speed, roots)| Point {
@@ -167,7 +160,16 @@ pub fn stability(plan: &Plan) -> Result<Stability> {
             stable_speeds: modes::stable_speeds(b, searched.0, searched.1),
         });
     }
-    found.notes = words::notes(plan, &found, light);
+    found.notes = words::notes(plan, &found);
+    // of a bicycle alone it is said when it is opened
+    if let Some(row) = found.row {
+        let loads = values.iter().zip(&ridden);
+        let lightest = loads.min_by(|a, b| a.1.front_load.total_cmp(&b.1.front_load));
+        let said = lightest.and_then(|((value, _), b)| {
+            bicycles::light_front(b, &format!(" at {}", sweep::at(row, *value)))
+        });
+        found.notes.extend(said);
+    }
     Ok(found)
 }
 

@@ -69,6 +69,26 @@ fn the_riccati_equation_holds_at_every_speed_and_load() {
     }
 }
 
+/// What the row of the horizon says: from .5 m/s on the nominal gains have died away after 1.9 s.
+#[test]
+fn the_horizon_is_long_enough() {
+    let manner = Manner::default();
+    for formulation in RIDDEN {
+        for speed in [0.5, 1.0, 8.0 / 3.6, 5.0, 10.0] {
+            let gains = Gains::new(&Parameters::default(), formulation, &manner, speed);
+            let preview = gains.expect("rideable").preview;
+            let largest = preview
+                .iter()
+                .fold(0.0f64, |most, gain| most.max(gain.abs()));
+            let late = &preview[(1.9 / manner.sample_time) as usize..];
+            assert!(
+                late.iter().all(|gain| gain.abs() < 0.01 * largest),
+                "{formulation:?} at {speed} m/s"
+            );
+        }
+    }
+}
+
 /// The problem as Sharp and Valtetsiotis (2001) pose it, the course ahead as a shift register among
 /// the states, by the naive backward recursion over a long horizon.
 #[test]

@@ -80,33 +80,28 @@ pub fn on_even_tyres(stiffness: f64) -> Parameters {
     }
 }
 
+/// A section of a bicycle file of the program, its numbers in SI.
+pub fn section(set: &str, path: &[&str]) -> impl Fn(&str) -> f64 {
+    let file = format!(
+        "{}/../identify/bicycles/{set}.toml",
+        env!("CARGO_MANIFEST_DIR")
+    );
+    let text = std::fs::read_to_string(&file).unwrap_or_else(|e| panic!("{file}: {e}"));
+    let whole: toml::Value = toml::from_str(&text).expect("TOML");
+    let section = path.iter().fold(whole, |value, name| value[*name].clone());
+    move |name| match &section[name] {
+        toml::Value::Float(number) => *number,
+        toml::Value::String(angle) => {
+            let degrees = angle.strip_suffix(" deg").expect("degrees");
+            degrees.parse::<f64>().expect("a number").to_radians()
+        }
+        other => panic!("{name}: {other}"),
+    }
+}
+
 /// The steer-by-wire bicycle of Delft (`mechmotum/sbw_bicycle_with_model_matching`).
 pub fn delft() -> Literature {
-    Literature {
-        w: 1.036,
-        c: 0.0803,
-        lam: 18.2f64.to_radians(),
-        rR: 0.3498,
-        mR: 10.12,
-        IRxx: 0.1040,
-        IRyy: 0.1641,
-        xB: 0.462,
-        zB: -0.698,
-        mB: 20.9,
-        IBxx: 1.64,
-        IBzz: 1.94,
-        IBxz: 0.654,
-        xH: 0.944,
-        zH: -0.595,
-        mH: 0.6,
-        IHxx: 0.00980,
-        IHzz: 0.00396,
-        IHxz: -0.00044,
-        rF: 0.3498,
-        mF: 1.78,
-        IFxx: 0.0644,
-        IFyy: 0.1289,
-    }
+    literature(section("sbw-delft", &["bodies", "literature"]))
 }
 
 /// The nine measured bicycles of BicycleParameters by name, two with their riders.

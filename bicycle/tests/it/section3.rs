@@ -1,43 +1,56 @@
 //! The nine cases of section 3 under exact jumps, with the bicycle calibrated to the paper's
 //! claims.
 
+use crate::published;
 use bicycle::cases::{self, Case, Course};
-use bicycle::mass::Lumps;
+use bicycle::mass::{self, Body};
 use bicycle::simulate::{Simulation, Stop};
 use bicycle::{Formulation, Input, Parameters};
 
 /// The set `section3`, the smoothing widths [rad, rad/s] given.
 fn section3(internal_step: f64, [steer_smoothing, steer_rate_smoothing]: [f64; 2]) -> Parameters {
-    let mut p = Parameters {
+    let mut p = Parameters::default();
+    let value = published::section("section3", &["parameters"]);
+    for name in [
+        "front_wheel_mass",
+        "steer_inertia",
+        "front_wheel_inertia",
+        "rear_wheel_inertia",
+        "cornering_stiffness",
+        "camber_stiffness",
+        "viscous_friction",
+        "coulomb_friction",
+        "rider_roll_gain",
+        "rider_roll_rate_gain",
+        "rider_steer_gain",
+        "rider_steer_rate_gain",
+    ] {
+        p.set(Parameters::index(name).expect("a row"), value(name));
+    }
+    let value = published::section("section3", &["lumps"]);
+    p.set_lumps(mass::compose(&[Body {
+        mass: value("total_mass"),
+        x: value("cog_to_rear"),
+        h: value("cog_height"),
+        roll_inertia: value("roll_inertia"),
+        yaw_inertia: value("yaw_inertia"),
+        cross_inertia: value("cross_inertia"),
+    }]));
+    Parameters {
         internal_step,
         steer_smoothing,
         steer_rate_smoothing,
-        front_wheel_mass: 3.12065,
-        steer_inertia: 0.15142,
-        front_wheel_inertia: 0.0827,
-        rear_wheel_inertia: 0.14297,
-        cornering_stiffness: 6.47596,
-        camber_stiffness: 0.96524,
-        viscous_friction: 0.48866,
-        coulomb_friction: 0.17037,
-        ..Parameters::default().riderless()
-    };
-    p.rider_roll_gain = 190.81949;
-    p.rider_roll_rate_gain = 117.89524;
-    let (m, x, h) = (73.2169, cases::COGS[0], 0.96028);
-    p.set_lumps(Lumps {
-        total_mass: m,
-        cog_to_rear: x,
-        cog_height: h,
-        roll_inertia: 14.52883 + m * h * h,
-        yaw_inertia: 8.8278 + m * x * x,
-        cross_inertia: -3.027 + m * x * h,
-    });
-    p
+        ..p
+    }
 }
 
 const EXACT: [f64; 2] = [0.0, 0.0];
-const DEFAULT: [f64; 2] = [1e-3, 1e-2];
+
+/// The widths of the table.
+fn default() -> [f64; 2] {
+    let p = Parameters::<f64>::default();
+    [p.steer_smoothing, p.steer_rate_smoothing]
+}
 
 fn course(case: &Case, p: &Parameters) -> Course {
     case.run(p, Formulation::Repaired, Input::default(), 1e-3)
@@ -122,7 +135,8 @@ fn error_of_the_default_smoothing() {
     let stated = [2.84e-3, 2.97e-3, 3.90e-3, 1.81e-3, 1.45e-3, 2.24e-3];
     for (case, stated) in cases::all().iter().zip(stated) {
         // steps of .1 ms, so that it is the smoothing that is seen
-        let [exact, smooth] = [EXACT, DEFAULT].map(|widths| course(case, &section3(1e-4, widths)));
+        let [exact, smooth] =
+            [EXACT, default()].map(|widths| course(case, &section3(1e-4, widths)));
         let error = largest_difference(&exact, &smooth);
         // stated to three digits, rounded up
         assert!(
@@ -133,7 +147,7 @@ fn error_of_the_default_smoothing() {
     }
     for case in &cases::all()[6..] {
         let [exact, smooth] =
-            [EXACT, DEFAULT].map(|widths| limit_passed(&course(case, &section3(1e-4, widths))));
+            [EXACT, default()].map(|widths| limit_passed(&course(case, &section3(1e-4, widths))));
         assert!(
             (exact - smooth).abs() < 2.2e-5,
             "case {}: {exact} s, {smooth} s",

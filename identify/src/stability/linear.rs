@@ -1,5 +1,5 @@
-//! The linear system of a bicycle upright or in a steady turn, with names and units, in either sign convention: as
-//! JSON, and as a MAT-file.
+//! The linear system of a bicycle upright or in a steady turn, with names and units, in either sign
+//! convention: as JSON, and as a MAT-file.
 
 mod mat;
 

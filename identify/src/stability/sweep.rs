@@ -90,10 +90,10 @@ pub(super) fn at(row: &Quantity, value: Option<f64>) -> String {
     format!("{} = {value} {}", row.name, row.unit.symbol)
 }
 
-pub(super) fn too_many(count: usize) -> Error {
-    Error::Form {
-        expected: "1 to 100000 points",
-        found: format!("{count} points"),
+pub(super) fn too_many(found: String) -> Error {
+    Error::Points {
+        most: MOST_POINTS,
+        found,
     }
 }
 
@@ -120,7 +120,7 @@ pub fn points(text: &str, unit: Unit, what: &str) -> Result<Vec<f64>> {
     // a hair more: .3/.1 is 2.9999999999999996
     let count = ((to - from) / step * (1.0 + 1e-12) + 1e-9).floor();
     if count >= MOST_POINTS as f64 {
-        return Err(form("at most 100000 points"));
+        return Err(too_many(format!("`{text}`")));
     }
     // 3/10 is nearer to .3 than 3 · .1 is
     let parts_of_one = (1.0 / step).round();

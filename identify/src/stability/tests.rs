@@ -45,7 +45,7 @@ fn mistyped_ranges_are_named() {
     assert_eq!(said("0:10"), "expected VALUE or FROM:TO:STEP, found `0:10`");
     assert_eq!(
         said("0:10:1e-4"),
-        "expected at most 100000 points, found `0:10:1e-4`"
+        "expected 1 to 100000 points, found `0:10:1e-4`"
     );
     assert!(said("0:inf:1").contains("found `inf`"));
     assert!(said("0:10 kg:1").contains("kg"));
@@ -81,9 +81,9 @@ fn what_cannot_be_ridden_is_refused_at_its_point() {
     );
     assert!(said(&plan("nominal", "-1", None)).contains("found -1 m/s"));
     let mut many = plan("nominal", "0:10:0.001", Some("rear_load=0:30:1"));
-    assert!(said(&many).contains("found `310031 points`"));
+    assert!(said(&many).contains("found 310031 points"));
     many.speeds.clear();
-    assert!(said(&many).contains("found `0 points`"));
+    assert!(said(&many).contains("found 0 points"));
 }
 
 #[test]

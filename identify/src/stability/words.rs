@@ -1,18 +1,12 @@
 //! A sweep as JSON, as a table of plain text, and in notes.
 
-use super::sweep::at;
 use super::{Crossing, Plan, Point, Stability};
 use bicycle::modes::Root;
 use serde_json::{Map, Value, json};
 use std::fmt::Write as _;
 
-/// What the numbers of a plan rest on; `light` is the point with the least share of weight on the
-/// front wheel, where that is little.
-pub(super) fn notes(
-    plan: &Plan,
-    found: &Stability,
-    light: Option<(Option<f64>, f64)>,
-) -> Vec<String> {
+/// What the numbers of a plan rest on.
+pub(super) fn notes(plan: &Plan, found: &Stability) -> Vec<String> {
     let mut notes = left_out(plan, true);
     let p = &plan.parameters;
     if plan.rider_law && p.riderless() == *p {
@@ -33,14 +27,6 @@ pub(super) fn notes(
             };
             notes.push(format!("{name} plays no part in {formulation}{law}"));
         }
-    }
-    // of a bicycle alone it is known when it is opened
-    if let (Some((value, share)), Some(row)) = (light, found.row) {
-        notes.push(format!(
-            "the front wheel carries {:.1} % of the weight at {}: little is left to steer with",
-            100.0 * share,
-            at(row, value)
-        ));
     }
     notes
 }

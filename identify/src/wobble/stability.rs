@@ -98,7 +98,7 @@ impl Stability {
 /// A speed or a number of points that cannot be was typed.
 fn said(cause: Error) -> Error {
     match cause {
-        Error::Form { .. } => cause.typed("--speed, --sweep"),
+        Error::Points { .. } => cause.typed("--speed, --sweep"),
         Error::Refused(bicycle::simulate::Refusal::Speed { .. }) => cause.typed("--speed"),
         _ => cause,
     }
