@@ -221,12 +221,101 @@ pub enum Error {
         values: usize,
     },
     /// The FMU has no variable of this name.
-    #[error("expected a variable of {model}, found {name:?}")]
+    #[error("expected a variable of {model}, found {name:?}; the nearest: {nearest}", nearest = .nearest.join(", "))]
     UnknownVariable {
         /// The model.
         model: String,
         /// The name.
         name: String,
+        /// Names that are alike.
+        nearest: Vec<String>,
+    },
+    /// No participant has this name.
+    #[error("expected a participant, found {name:?}; the nearest: {nearest}", nearest = .nearest.join(", "))]
+    UnknownMember {
+        /// The name.
+        name: String,
+        /// Names that are alike.
+        nearest: Vec<String>,
+    },
+    /// Two participants of one name.
+    #[error("expected participants of different names, found two called {name:?}")]
+    TwoMembers {
+        /// The name.
+        name: String,
+    },
+    /// A text that names no variable of a participant.
+    #[error("expected PARTICIPANT.VARIABLE, found {found:?}")]
+    Terminal {
+        /// The text.
+        found: String,
+    },
+    /// Ends that do not go together.
+    #[error("{connection}: expected {expected}, found {found}")]
+    Connection {
+        /// Which connection.
+        connection: String,
+        /// What it takes.
+        expected: &'static str,
+        /// What there is.
+        found: String,
+    },
+    /// Two outputs connected to one input.
+    #[error("{target}: expected one source, found two, {first} and {second}")]
+    TwoSources {
+        /// The input.
+        target: String,
+        /// The output connected first.
+        first: String,
+        /// The output connected second.
+        second: String,
+    },
+    /// A participant whose own step is none of the run's.
+    #[error(
+        "{member}: expected a step that is a multiple of the communication step of {step} s, found {found} s"
+    )]
+    OwnStep {
+        /// The participant.
+        member: String,
+        /// The communication step [s].
+        step: f64,
+        /// The participant's own [s].
+        found: f64,
+    },
+    /// A participant that steps of an error control are not for.
+    #[error(
+        "{member}: with a tolerance expected a participant that {reason}, found one that does not"
+    )]
+    Untolerant {
+        /// The participant.
+        member: String,
+        /// What it should do.
+        reason: &'static str,
+    },
+    /// A value that no variable can have.
+    #[error("{variable}: expected a finite value, found {found} from {from}")]
+    NotFinite {
+        /// The input.
+        variable: String,
+        /// The value.
+        found: f64,
+        /// The output it comes from.
+        from: String,
+    },
+    /// A participant was to go back to a state, and kept none.
+    #[error("expected a state that was kept, found none")]
+    NothingKept,
+    /// A participant failed.
+    #[error("{member} at {time} s{doing}: {cause}")]
+    Member {
+        /// Its name.
+        member: String,
+        /// The communication point [s].
+        time: f64,
+        /// What was being done, after a blank, or nothing.
+        doing: String,
+        /// Why.
+        cause: Box<Error>,
     },
     /// The variable is of another type.
     #[error("variable {name}: expected {expected}, found {found}")]
@@ -281,4 +370,29 @@ fn list(platforms: &[Platform]) -> String {
     }
     let names: Vec<&str> = platforms.iter().map(|platform| platform.folder()).collect();
     names.join(", ")
+}
+
+/// Those of `known` that are most like `name`, best first: at most three, at least one.
+pub fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Vec<String> {
+    let name = name.to_lowercase();
+    let likeness = |k: &str| {
+        let part = !name.is_empty() && (k.contains(&name) || name.contains(k));
+        strsim::normalized_damerau_levenshtein(&name, k).max(if part { 0.7 } else { 0.0 })
+    };
+    let mut scored: Vec<(f64, &str)> = known
+        .into_iter()
+        .map(|k| (likeness(&k.to_lowercase()), k))
+        .collect();
+    // stable: equals keep the order of the table
+    scored.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let alike = scored
+        .iter()
+        .filter(|(likeness, _)| *likeness > 0.5)
+        .count()
+        .clamp(1, 3);
+    scored
+        .into_iter()
+        .take(alike)
+        .map(|(_, k)| k.to_owned())
+        .collect()
 }

@@ -2,7 +2,7 @@
 //!
 //! [`Archive`] unpacks an FMU and reads its description, and [`Archive::inspect`] says what is in
 //! it and what is odd about it, without running its code; [`Fmu`] has its library loaded;
-//! [`Instance`] calls it; [`simulate()`] runs one from start to end.
+//! [`Instance`] calls it; [`simulate()`] runs one from start to end, [`master`] several coupled.
 //!
 //! ```no_run
 //! use fmi_import::{Error, Fmu, Plan, Step, Value, simulate};
@@ -47,10 +47,11 @@ mod inspect;
 mod instance;
 mod library;
 mod log;
+pub mod master;
 mod simulate;
 
 pub use archive::Archive;
-pub use error::{Error, Status};
+pub use error::{Error, Status, nearest};
 pub use inspect::{Capability, Inspection, Oddity, Severity, UnitRow, VariableRow};
 pub use instance::{Instance, SavedState, Step, Value};
 pub use library::Fmu;

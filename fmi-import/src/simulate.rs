@@ -1,5 +1,6 @@
 //! One FMU from start to end with a fixed communication step.
 
+use crate::error::nearest;
 use crate::{Error, Fmu, Instance, LogLine, Step, Value};
 use model_description::{Causality, Initial, ScalarVariable, Variability, VariableType};
 
@@ -33,6 +34,8 @@ pub struct Trajectory {
 
 /// More communication points than a record of them could hold.
 const MOST_STEPS: f64 = 1e8;
+/// What remains before the stop may be round-off, which is no step; in steps.
+pub(crate) const NEGLIGIBLE: f64 = 1e-9;
 
 /// Runs an instance of `fmu` as planned. When the FMU ends early, the last row is at its last
 /// successful time. Where it cannot step by less than the plan's step, the last row may be that
@@ -48,9 +51,9 @@ pub fn simulate_with(
     plan: &Plan,
     mut at: impl FnMut(&mut Instance, f64) -> Result<(), Error>,
 ) -> Result<Trajectory, Error> {
-    check(plan)?;
+    whole_steps(plan.start_time, plan.stop_time, plan.step)?;
     let recorder = Recorder::new(fmu, &plan.record)?;
-    let starts = start_values(fmu, plan)?;
+    let starts = start_values(fmu, &plan.start_values)?;
     let can_vary = fmu
         .description()
         .co_simulation
@@ -68,8 +71,7 @@ pub fn simulate_with(
     };
     let mut time = plan.start_time;
     recorder.record(&mut instance, time, &mut trajectory.columns)?;
-    // What remains before the stop may be round-off, which is no step.
-    let negligible = 1e-9 * plan.step;
+    let negligible = NEGLIGIBLE * plan.step;
     for n in 1_u64.. {
         if plan.stop_time - time <= negligible {
             break;
@@ -118,7 +120,8 @@ pub fn simulate_with(
     Ok(trajectory)
 }
 
-fn check(plan: &Plan) -> Result<(), Error> {
+/// How many steps of full length there are from start to stop, if these make sense.
+pub(crate) fn whole_steps(start: f64, stop: f64, step: f64) -> Result<u64, Error> {
     let refuse = |what, expected, found| {
         Err(Error::Plan {
             what,
@@ -126,20 +129,21 @@ fn check(plan: &Plan) -> Result<(), Error> {
             found,
         })
     };
-    if !plan.start_time.is_finite() {
-        return refuse("start time", "a finite time", plan.start_time);
+    if !start.is_finite() {
+        return refuse("start time", "a finite time", start);
     }
-    if !plan.stop_time.is_finite() || plan.stop_time <= plan.start_time {
-        return refuse("stop time", "a finite time after the start", plan.stop_time);
+    if !stop.is_finite() || stop <= start {
+        return refuse("stop time", "a finite time after the start", stop);
     }
-    if !plan.step.is_finite() || plan.step <= 0.0 {
-        return refuse("communication step", "a positive time", plan.step);
+    if !step.is_finite() || step <= 0.0 {
+        return refuse("communication step", "a positive time", step);
     }
-    let steps = (plan.stop_time - plan.start_time) / plan.step;
+    let steps = (stop - start) / step;
     if steps > MOST_STEPS {
         return refuse("number of steps", "at most 1e8", steps);
     }
-    Ok(())
+    // what is left may be round-off
+    Ok((steps + NEGLIGIBLE).floor() as u64)
 }
 
 fn variable<'a>(fmu: &'a Fmu, name: &str) -> Result<&'a ScalarVariable, Error> {
@@ -148,21 +152,25 @@ fn variable<'a>(fmu: &'a Fmu, name: &str) -> Result<&'a ScalarVariable, Error> {
         .ok_or_else(|| Error::UnknownVariable {
             model: fmu.description().model_name.clone(),
             name: name.to_owned(),
+            nearest: nearest(
+                name,
+                fmu.description().variables.iter().map(|v| v.name.as_str()),
+            ),
         })
 }
 
 /// The variables to set before the start, each with its value, found to be such.
-fn start_values<'a>(
+pub(crate) fn start_values<'a, 'v>(
     fmu: &'a Fmu,
-    plan: &'a Plan,
-) -> Result<Vec<(&'a ScalarVariable, &'a Value)>, Error> {
-    let check = |(name, value): &'a (String, Value)| {
+    values: &'v [(String, Value)],
+) -> Result<Vec<(&'a ScalarVariable, &'v Value)>, Error> {
+    let check = |(name, value): &'v (String, Value)| {
         let variable = variable(fmu, name)?;
         value.check_type(variable)?;
         check_settable(variable)?;
         Ok((variable, value))
     };
-    plan.start_values.iter().map(check).collect()
+    values.iter().map(check).collect()
 }
 
 /// Whether a variable has a start value of its own (FMI 2.0 §2.2.7): inputs, and what is not

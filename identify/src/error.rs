@@ -442,30 +442,7 @@ impl Error {
     }
 }
 
-/// Those of `known` that are most like `name`, best first: at most three, at least one.
-pub fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Vec<String> {
-    let name = name.to_lowercase();
-    let likeness = |k: &str| {
-        let part = !name.is_empty() && (k.contains(&name) || name.contains(k));
-        strsim::normalized_damerau_levenshtein(&name, k).max(if part { 0.7 } else { 0.0 })
-    };
-    let mut scored: Vec<(f64, &str)> = known
-        .into_iter()
-        .map(|k| (likeness(&k.to_lowercase()), k))
-        .collect();
-    // stable: equals keep the order of the table
-    scored.sort_by(|a, b| b.0.total_cmp(&a.0));
-    let alike = scored
-        .iter()
-        .filter(|(likeness, _)| *likeness > 0.5)
-        .count()
-        .clamp(1, 3);
-    scored
-        .into_iter()
-        .take(alike)
-        .map(|(_, k)| k.to_owned())
-        .collect()
-}
+pub use fmi_import::nearest;
 
 /// A TOML parser's complaint about `text`, as one line with its row.
 pub(crate) fn toml(file: &str, text: &str, error: &::toml::de::Error) -> Error {
