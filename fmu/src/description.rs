@@ -82,21 +82,22 @@ fn units() -> Vec<model_description::Unit> {
                 .filter_map(Row::quantity)
                 .any(|row| row.unit == *unit)
     };
-    UNITS
-        .iter()
-        .filter(|unit| used(unit))
-        .map(|unit| model_description::Unit {
-            name: unit.symbol.to_owned(),
-            base: Some(BaseUnit {
-                kg: unit.kg.into(),
-                m: unit.m.into(),
-                s: unit.s.into(),
-                rad: unit.rad.into(),
-                ..BaseUnit::default()
-            }),
-            display_units: display_unit(unit).into_iter().collect(),
-        })
-        .collect()
+    UNITS.iter().filter(|unit| used(unit)).map(unit).collect()
+}
+
+/// A unit of the tables as FMI describes it.
+pub fn unit(unit: &Unit) -> model_description::Unit {
+    model_description::Unit {
+        name: unit.symbol.to_owned(),
+        base: Some(BaseUnit {
+            kg: unit.kg.into(),
+            m: unit.m.into(),
+            s: unit.s.into(),
+            rad: unit.rad.into(),
+            ..BaseUnit::default()
+        }),
+        display_units: display_unit(unit).into_iter().collect(),
+    }
 }
 
 /// What people read instead of rad and m/s.

@@ -11,7 +11,7 @@ mod model;
 mod package;
 mod row;
 
-pub use description::{MODEL_IDENTIFIER, Starts};
+pub use description::{MODEL_IDENTIFIER, Starts, unit};
 /// What packs any model.
 pub use fmi_export::{Library, Package};
 pub use model::RearLoadBicycle;

@@ -309,6 +309,18 @@ pub enum Error {
     /// A bicycle that cannot be simulated or linearised with these parameters.
     #[error("{0}")]
     Refused(#[from] bicycle::simulate::Refusal),
+    /// A communication step that does not go with a participant's sample time.
+    #[error(
+        "step: expected {own} s, the sample time of {member}, to be a multiple of the communication \
+         step or to go into it, found {step} s"
+    )]
+    SampleTime { member: String, own: f64, step: f64 },
+    /// An FMU, or several coupled.
+    #[error(transparent)]
+    Fmu(#[from] fmi_import::Error),
+    /// A bicycle that no rider with preview can follow a course on.
+    #[error(transparent)]
+    Unridable(#[from] bicycle::rider::Unridable),
     /// A simulated ride that ended early.
     #[error("the simulated ride ended early: {0}")]
     Stopped(#[from] bicycle::simulate::Stop),

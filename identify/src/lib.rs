@@ -4,6 +4,8 @@
 pub mod bicycles;
 pub mod closed_loop;
 pub mod compare;
+pub mod cosim;
+pub mod course;
 pub mod csv;
 pub mod error;
 pub mod figure;
@@ -23,4 +25,5 @@ pub mod stability;
 pub mod synthesis;
 pub mod trajectory;
 pub mod unit;
+pub mod variable;
 pub mod verdict;

@@ -105,7 +105,7 @@ impl Synthesis {
         let phase = TAU * rng.random::<f64>();
         let mut normal = || -> f64 { StandardNormal.sample(&mut rng) };
 
-        let remnant = self.remnant(warm + samples + 1, step, &mut normal);
+        let remnant = remnant(&self.excitation, warm + samples + 1, step, &mut normal);
         let external = |t: f64| {
             let position = t / step;
             let i = (position as usize).min(remnant.len() - 2);
@@ -171,18 +171,24 @@ impl Synthesis {
         }
         Ok(ride)
     }
+}
 
-    /// First-order low-pass noise of the excitation's intensity and corner at the samples.
-    fn remnant(&self, samples: usize, step: f64, normal: &mut impl FnMut() -> f64) -> Vec<f64> {
-        let keep = (-TAU * self.excitation.remnant_corner * step).exp();
-        let renew = (1.0 - keep * keep).sqrt();
-        let mut value = normal();
-        (0..samples)
-            .map(|_| {
-                let torque = value * self.excitation.remnant_intensity;
-                value = keep * value + renew * normal();
-                torque
-            })
-            .collect()
-    }
+/// The rider's remnant [N m] at samples `step` [s] apart: first-order low-pass noise of the
+/// excitation's intensity and corner, from white noise of variance 1.
+pub(crate) fn remnant(
+    excitation: &Excitation,
+    samples: usize,
+    step: f64,
+    normal: &mut impl FnMut() -> f64,
+) -> Vec<f64> {
+    let keep = (-TAU * excitation.remnant_corner * step).exp();
+    let renew = (1.0 - keep * keep).sqrt();
+    let mut value = normal();
+    (0..samples)
+        .map(|_| {
+            let torque = value * excitation.remnant_intensity;
+            value = keep * value + renew * normal();
+            torque
+        })
+        .collect()
 }

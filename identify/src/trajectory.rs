@@ -80,17 +80,50 @@ pub fn simulate(
 impl Trajectory {
     /// As CSV, `time[s],roll[rad],…`, every digit.
     pub fn to_csv(&self) -> String {
-        let mut text = String::from("time[s]");
-        for row in Output::TABLE {
-            write!(text, ",{}[{}]", row.name, row.unit.symbol).expect("a string takes all");
+        let names = Output::TABLE
+            .iter()
+            .map(|row| (row.name, Some(row.unit.symbol)));
+        let column = |index| self.output.iter().map(|seen| seen.get(index)).collect();
+        let mut columns = vec![self.time.clone()];
+        columns.extend((0..Output::LEN).map(column));
+        to_csv([("time", Some("s"))].into_iter().chain(names), &columns)
+    }
+}
+
+/// Columns as CSV, `name[unit],…`, every digit.
+pub fn to_csv<'a>(
+    heads: impl Iterator<Item = (&'a str, Option<&'a str>)>,
+    columns: &[Vec<f64>],
+) -> String {
+    let mut text = String::new();
+    for (n, (name, unit)) in heads.enumerate() {
+        let head = unit.map_or_else(|| name.to_owned(), |unit| format!("{name}[{unit}]"));
+        text.push_str(if n == 0 { "" } else { "," });
+        // names such as a[1,2] or 'a "b"' (RFC 4180)
+        if head.contains([',', '"', '\n', '\r']) {
+            write!(text, "\"{}\"", head.replace('"', "\"\"")).expect("a string takes all");
+        } else {
+            text.push_str(&head);
         }
-        for (time, output) in self.time.iter().zip(&self.output) {
-            write!(text, "\n{time}").expect("a string takes all");
-            for value in output.to_array() {
-                write!(text, ",{value}").expect("a string takes all");
-            }
+    }
+    for row in 0..columns.first().map_or(0, Vec::len) {
+        for (n, column) in columns.iter().enumerate() {
+            let comma = if n == 0 { '\n' } else { ',' };
+            write!(text, "{comma}{}", column[row]).expect("a string takes all");
         }
-        text.push('\n');
-        text
+    }
+    text.push('\n');
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_name_with_a_comma_is_one_cell() {
+        let heads = [("time", Some("s")), ("a[1,2]", None)].into_iter();
+        let text = to_csv(heads, &[vec![0.0, 0.5], vec![1.0, 1e-7]]);
+        assert_eq!(text, "time[s],\"a[1,2]\"\n0,1\n0.5,0.0000001\n");
     }
 }

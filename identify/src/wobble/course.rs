@@ -1,18 +1,16 @@
 //! A course in place of the rider law: `wobble simulate --course`.
 
-use crate::arguments::assignment;
 use crate::model::outputs;
 use crate::output::{Output, Progress};
 use anyhow::Result;
 use bicycle::Input;
 use bicycle::course::{LATERAL_OFFSET, Layout};
-use bicycle::rider::{Followed, Manner, Preview, Sample, Schedule, follow};
+use bicycle::rider::{Followed, Preview, Sample, Schedule, follow};
 use clap::Args;
 use clap::builder::PossibleValuesParser;
-use identify::bicycles::{Bicycle, admit};
-use identify::error::Error;
+use identify::bicycles::Bicycle;
+use identify::course;
 use identify::trajectory::Trajectory;
-use identify::unit;
 use serde_json::json;
 use std::fmt::Write as _;
 
@@ -44,7 +42,8 @@ impl CourseArguments {
 
     /// Rides the course called `name` and writes what was seen, with steer torque and offset.
     pub fn run(&self, name: &str, bicycle: &Bicycle, output: &Output) -> Result<()> {
-        let (layout, manner) = self.plan(name, bicycle)?;
+        let wheelbase = bicycle.parameters.wheelbase;
+        let (layout, manner) = course::plan(name, &self.course_set, wheelbase)?;
         let progress = Progress::new();
         progress.say("riding");
         let Bicycle {
@@ -75,42 +74,6 @@ impl CourseArguments {
         tell(&ridden, length);
         write(&layout, &ridden, input, output)
     }
-
-    /// What the arguments mean.
-    fn plan(&self, name: &str, bicycle: &Bicycle) -> Result<(Layout, Manner)> {
-        let mut layout = Layout::all()
-            .into_iter()
-            .find(|layout| layout.name() == name)
-            .expect("one of the possible values");
-        let mut manner = Manner::default();
-        if let Some(wheelbase) = position(&layout, "wheelbase") {
-            layout.set(wheelbase, bicycle.parameters.wheelbase);
-        }
-        for text in &self.course_set {
-            let typed = |cause: Error| cause.typed(format!("--course-set {text}"));
-            let (name, value) = assignment("--course-set", text)?;
-            let read = |row: &bicycle::Quantity| {
-                unit::parse(value, row.unit, row.name)
-                    .and_then(|value| admit(row, value))
-                    .map_err(typed)
-            };
-            if let Some(index) = position(&layout, name) {
-                layout.set(index, read(&layout.table()[index])?);
-            } else if let Some(index) = Manner::index(name) {
-                manner.set(index, read(&Manner::TABLE[index])?);
-            } else {
-                let rows = layout.table().iter().chain(Manner::TABLE);
-                let known = rows.map(|row| row.name);
-                return Err(typed(Error::unknown("row of the course", name, known)).into());
-            }
-        }
-        Ok((layout, manner))
-    }
-}
-
-/// Where `layout` has the row called `name`.
-fn position(layout: &Layout, name: &str) -> Option<usize> {
-    layout.table().iter().position(|row| row.name == name)
 }
 
 /// Says how the ride went.

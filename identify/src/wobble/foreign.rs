@@ -8,14 +8,12 @@ use crate::arguments::{assignment, quantity};
 use crate::model::positive;
 use crate::output::{Output, Progress};
 use anyhow::Result;
-use bicycle::quantity::{S, UNITS};
+use bicycle::quantity::S;
 use clap::Args;
-use fmi_import::model_description::Unit;
-use fmi_import::{Archive, Fmu, Plan, Trajectory, Value, VariableRow};
+use fmi_import::{Archive, Fmu, Plan, Trajectory, VariableRow};
 use identify::error::{Error, Result as Typed};
-use identify::unit::{self, Scale};
+use identify::{trajectory, variable};
 use serde_json::json;
-use std::fmt::Write as _;
 use std::fs::File;
 use std::io::Read;
 use std::path::{Path, PathBuf};
@@ -133,9 +131,7 @@ impl Arguments {
         let start_values = call.set.iter().map(|text| {
             let (name, value) = assignment("--set", text)?;
             let argument = || format!("--set {text}");
-            let row = row(variables, name).map_err(|cause| cause.typed(argument()))?;
-            let value = parse(&description.units, row, value)
-                .and_then(|value| within(row, value))
+            let value = variable::value(&description.units, variables, name, value)
                 .map_err(|cause| cause.typed(argument()))?;
             Ok((name.to_owned(), value))
         });
@@ -162,7 +158,7 @@ impl Arguments {
         }
         for name in &self.record {
             let argument = || format!("--record {name}");
-            let row = row(variables, name).map_err(|cause| cause.typed(argument()))?;
+            let row = variable::row(variables, name).map_err(|cause| cause.typed(argument()))?;
             if is_text(row) {
                 let form = Error::Form {
                     expected: "a variable that can be recorded as a number",
@@ -173,89 +169,6 @@ impl Arguments {
         }
         Ok(self.record.clone())
     }
-}
-
-/// The variable called `name`.
-fn row<'a>(variables: &'a [VariableRow], name: &str) -> Typed<&'a VariableRow> {
-    let found = variables.iter().find(|row| row.name == name);
-    let names = || variables.iter().map(|row| row.name.as_str());
-    found.ok_or_else(|| Error::unknown("variable", name, names()))
-}
-
-/// The value that `text` means for a variable.
-fn parse(units: &[Unit], row: &VariableRow, text: &str) -> Typed<Value> {
-    let form = |expected| Error::Form {
-        expected,
-        found: text.to_owned(),
-    };
-    Ok(match row.type_name {
-        "Real" => Value::Real(real(units, row.unit.as_deref(), &row.name, text)?),
-        "Integer" => Value::Integer(text.parse().map_err(|_| form("an integer"))?),
-        "Boolean" => Value::Boolean(text.parse().map_err(|_| form("true or false"))?),
-        "Enumeration" => {
-            let choice = row.choices.iter().find(|(name, _)| name == text);
-            let number = choice.map(|(_, number)| *number).or(text.parse().ok());
-            let names = row.choices.iter().map(|(name, _)| name.as_str());
-            Value::Integer(number.ok_or_else(|| Error::unknown("choice", text, names))?)
-        }
-        _ => Value::String(text.to_owned()),
-    })
-}
-
-/// The value, if it is a number in the range of the variable.
-fn within(row: &VariableRow, value: Value) -> Typed<Value> {
-    let (min, max) = (
-        row.min.unwrap_or(f64::NEG_INFINITY),
-        row.max.unwrap_or(f64::INFINITY),
-    );
-    match value {
-        Value::Real(found) if !(min..=max).contains(&found) => Err(Error::Form {
-            expected: "a value in the variable's range",
-            found: format!("{found}, outside {min} to {max}"),
-        }),
-        value => Ok(value),
-    }
-}
-
-/// A number in the variable's `unit`: it may carry that unit, one the FMU displays it in, or one of
-/// the same dimension.
-fn real(units: &[Unit], unit: Option<&str>, name: &str, text: &str) -> Typed<f64> {
-    let number = |text: &str| text.trim().parse().ok().filter(|x: &f64| x.is_finite());
-    let what = unit.map_or_else(|| name.to_owned(), |unit| format!("{name} [{unit}]"));
-    let wrong = || Error::Number {
-        what: what.clone(),
-        found: text.to_owned(),
-    };
-    if let Some(value) = number(text) {
-        return Ok(value);
-    }
-    let unit = unit.ok_or_else(wrong)?;
-    if let Some(value) = text.strip_suffix(unit).and_then(number) {
-        return Ok(value);
-    }
-    // the units of the bicycle's tables first, so that a text means the same number everywhere
-    let scale = |known| {
-        Scale::of(unit, known, &what)
-            .ok()
-            .map(|scale| (known, scale))
-    };
-    let known = UNITS.iter().copied().find_map(scale);
-    let ours = known.map(|(known, scale)| {
-        unit::parse(text, known, &what).map(|value| match scale.to_si(1.0) {
-            1.0 => value,
-            factor => value / factor,
-        })
-    });
-    if let Some(Ok(value)) = ours {
-        return Ok(value);
-    }
-    let display_units = units.iter().filter(|own| own.name == unit);
-    for display in display_units.flat_map(|own| &own.display_units) {
-        if let Some(value) = text.strip_suffix(display.name.as_str()).and_then(number) {
-            return Ok((value - display.offset) / display.factor);
-        }
-    }
-    ours.unwrap_or_else(|| Err(wrong()))
 }
 
 /// An error that only what was typed can have caused as such, any other as the FMU's at `path`.
@@ -300,33 +213,17 @@ fn tell_end(plan: &Plan, trajectory: &Trajectory) {
     }
 }
 
-/// As CSV, `time[s],name[unit],…`, every digit.
+/// As CSV, `time[s],name[unit],…`.
 fn to_csv(trajectory: &Trajectory, variables: &[VariableRow]) -> String {
-    let mut text = String::new();
-    for (n, name) in trajectory.names.iter().enumerate() {
-        let unit = match n {
-            0 => Some("s"),
-            _ => row(variables, name)
-                .ok()
-                .and_then(|row| row.unit.as_deref()),
-        };
-        let head = unit.map_or_else(|| name.clone(), |unit| format!("{name}[{unit}]"));
-        let comma = if n == 0 { "" } else { "," };
-        // names such as a[1,2] or 'a "b"' (RFC 4180)
-        if head.contains([',', '"', '\n', '\r']) {
-            let _ = write!(text, "{comma}\"{}\"", head.replace('"', "\"\""));
-        } else {
-            let _ = write!(text, "{comma}{head}");
-        }
-    }
-    for row in 0..trajectory.columns[0].len() {
-        for (n, column) in trajectory.columns.iter().enumerate() {
-            let comma = if n == 0 { "\n" } else { "," };
-            let _ = write!(text, "{comma}{}", column[row]);
-        }
-    }
-    text.push('\n');
-    text
+    let unit = |name: &String| match name.as_str() {
+        "time" => Some("s"),
+        name => variable::row(variables, name).ok()?.unit.as_deref(),
+    };
+    let heads = trajectory
+        .names
+        .iter()
+        .map(|name| (name.as_str(), unit(name)));
+    trajectory::to_csv(heads, &trajectory.columns)
 }
 
 #[cfg(test)]

@@ -5,6 +5,7 @@
 
 mod arguments;
 mod cases;
+mod cosim;
 mod course;
 mod demo;
 mod fitting;
@@ -54,6 +55,8 @@ enum Command {
     Fit(fitting::Fit),
     /// The report of a fit, one HTML file
     Report(fitting::Report),
+    /// Couple the bicycle's FMU with an assist controller, or any FMUs with each other
+    Cosim(cosim::Cosim),
     /// Pack the bicycle, or any model, as an FMU
     Fmu(fmu::Fmu),
 }
@@ -72,6 +75,7 @@ fn main() -> ExitCode {
         Command::Linear(command) => command.run(),
         Command::Fit(command) => command.run(),
         Command::Report(command) => command.run(),
+        Command::Cosim(command) => command.run(),
         Command::Fmu(command) => command.run(),
     };
     match outcome {

@@ -1,0 +1,472 @@
+//! What was typed, loaded and understood; runs of it.
+
+use super::rider::Rider;
+use super::setup::{Setup, Typed};
+use super::{PLANT, RIDER, plant, wires};
+use crate::bicycles::{Bicycle, Changes};
+use crate::course;
+use crate::error::{Error, Result};
+use crate::variable;
+use bicycle::Parameters;
+use bicycle::course::{LATERAL_OFFSET, Layout};
+use bicycle::rider::{Manner, Preview, Schedule};
+use fmi_import::master::{
+    Direction, Foreign, Master, Member, Plan, Port, Run, Terminal, Watch, by_name,
+};
+use fmi_import::{Archive, Fmu, Value, VariableRow};
+use std::sync::Arc;
+
+/// How long a run is where nothing else says so [s].
+const DURATION: f64 = 20.0;
+
+/// Loaded and understood.
+pub struct Coupling {
+    fmus: Vec<Opened>,
+    /// The plant, where it is one of ours.
+    pub bicycle: Option<Bicycle>,
+    course: Option<(Layout, Manner)>,
+    connect: Vec<String>,
+    seed: u64,
+    plan: Plan,
+}
+
+/// An FMU loaded, with its start values.
+struct Opened {
+    name: String,
+    fmu: Fmu,
+    rows: Vec<VariableRow>,
+    starts: Vec<(String, Value)>,
+    step: Option<f64>,
+}
+
+/// How a run differs from what was typed.
+#[derive(Debug, Clone, Copy)]
+pub struct Variation<'a> {
+    /// The plant's parameters, where it is one of ours.
+    pub parameters: Option<&'a Parameters>,
+    /// Seed of the remnant.
+    pub seed: u64,
+    /// The participant that is left out.
+    pub without: Option<&'a str>,
+}
+
+impl Variation<'_> {
+    fn of(&self, bicycle: &Bicycle) -> Parameters {
+        self.parameters.copied().unwrap_or(bicycle.parameters)
+    }
+}
+
+/// A run under way and what its columns are.
+#[derive(Debug, Clone)]
+pub struct Begun {
+    /// For looking at it.
+    pub watch: Arc<Watch>,
+    /// The name of each column.
+    pub names: Vec<String>,
+    /// The unit of each column.
+    pub units: Vec<Option<String>>,
+}
+
+/// A run and what its columns are.
+#[derive(Debug)]
+pub struct Ran {
+    /// What the master left; names are those of the columns.
+    pub run: Run,
+    /// The unit of each column.
+    pub units: Vec<Option<String>>,
+    /// What was connected, in words.
+    pub connections: Vec<String>,
+    /// Algebraic loops, in words.
+    pub loops: Vec<String>,
+}
+
+impl Ran {
+    /// The values recorded of `name`.
+    pub fn column(&self, name: &str) -> Option<&[f64]> {
+        let index = self.run.names.iter().position(|known| known == name)?;
+        Some(&self.run.columns[index])
+    }
+}
+
+impl Coupling {
+    /// Loads what was typed. What was done besides is told through `note`.
+    pub fn open(setup: &Setup, note: &mut dyn FnMut(String)) -> Result<Self> {
+        let mut fmus = Vec::new();
+        let mut bicycle = None;
+        let (of_members, of_plant) = sort(&setup.changes.set, &setup.fmus);
+        for typed in &setup.fmus {
+            let archive = Archive::open(&typed.file)?;
+            let rows = archive.inspect().variables;
+            let mut set = typed.set.clone();
+            set.extend(
+                of_members
+                    .iter()
+                    .filter(|(name, _)| *name == typed.name)
+                    .map(|(_, a)| a.clone()),
+            );
+            let mut changes = Changes {
+                set: Vec::new(),
+                ..setup.changes.clone()
+            };
+            let ours = if typed.name == PLANT {
+                set.extend(of_plant.iter().cloned());
+                plant::bicycle(&archive.description().model_name, &rows)?
+            } else {
+                None
+            };
+            let starts = if let Some(of_fmu) = ours {
+                changes.set = set;
+                bicycle = Some(ridden(of_fmu, setup.bicycle.as_deref(), &changes)?);
+                Vec::new()
+            } else {
+                if typed.name == PLANT {
+                    refuse_bicycle(setup, &archive.description().model_name)?;
+                }
+                starts(&typed.name, &archive, &rows, &set)?
+            };
+            let own = archive
+                .description()
+                .default_experiment
+                .and_then(|e| e.step_size);
+            let step = typed
+                .step
+                .or(own.filter(|_| typed.name != PLANT && setup.tolerance.is_none()));
+            let step = match step {
+                Some(own) => Some(member_step(
+                    &typed.name,
+                    own,
+                    setup.step,
+                    typed.step.is_some(),
+                )?),
+                None => None,
+            };
+            fmus.push(Opened {
+                name: typed.name.clone(),
+                fmu: Fmu::load(archive)?,
+                rows,
+                starts,
+                step,
+            });
+        }
+        if let Some(bicycle) = &mut bicycle {
+            bicycle.notes.drain(..).for_each(&mut *note);
+        }
+        let course = match (&setup.course, &bicycle) {
+            (Some(name), Some(bicycle)) => {
+                let wheelbase = bicycle.parameters.wheelbase;
+                Some(course::plan(name, &setup.course_set, wheelbase)?)
+            }
+            (Some(name), None) => {
+                return Err(not_ours("none").typed(format!("--course {name}")));
+            }
+            _ => None,
+        };
+        let stop = setup.stop.unwrap_or_else(|| match (&course, &bicycle) {
+            (Some((layout, _)), Some(bicycle)) => layout.course().length() / bicycle.input.speed,
+            _ => DURATION,
+        });
+        Ok(Self {
+            fmus,
+            bicycle,
+            course,
+            connect: setup.connect.clone(),
+            seed: setup.seed,
+            plan: Plan {
+                start_time: 0.0,
+                stop_time: stop,
+                step: setup.step,
+                algorithm: setup.algorithm,
+                tolerance: setup.tolerance,
+                initial_exchange: setup.initial_exchange,
+                record: Vec::new(),
+            },
+        })
+    }
+
+    /// What was typed, without a difference.
+    pub fn as_typed(&self) -> Variation<'_> {
+        Variation {
+            parameters: None,
+            seed: self.seed,
+            without: None,
+        }
+    }
+
+    /// Where runs stop [s].
+    pub fn stop(&self) -> f64 {
+        self.plan.stop_time
+    }
+
+    /// Whether a course is followed.
+    pub fn has_course(&self) -> bool {
+        self.course.is_some()
+    }
+
+    /// Runs; `begun` is told before the start.
+    pub fn run(&self, variation: &Variation, begun: &mut dyn FnMut(Begun)) -> Result<Ran> {
+        let mut master = self.master(variation)?;
+        let (names, units, record) = self.recorded(&mut master);
+        begun(Begun {
+            watch: master.watch(),
+            names: names.clone(),
+            units: units.clone(),
+        });
+        let mut run = master.run(&Plan {
+            record,
+            ..self.plan.clone()
+        })?;
+        run.names = names;
+        Ok(Ran {
+            run,
+            units,
+            connections: master
+                .connections()
+                .iter()
+                .map(ToString::to_string)
+                .collect(),
+            loops: master.loops().iter().map(ToString::to_string).collect(),
+        })
+    }
+
+    /// The participants, connected.
+    pub fn master(&self, variation: &Variation) -> Result<Master<'_>> {
+        let mut members = Vec::new();
+        if let Some(bicycle) = &self.bicycle {
+            members.push(Member {
+                name: RIDER.to_owned(),
+                participant: Box::new(self.rider(bicycle, variation)?),
+                step: None,
+            });
+        }
+        let present = self
+            .fmus
+            .iter()
+            .filter(|fmu| variation.without != Some(fmu.name.as_str()));
+        for Opened {
+            name,
+            fmu,
+            rows,
+            starts,
+            step,
+        } in present
+        {
+            let of_bicycle = match &self.bicycle {
+                Some(bicycle) if name == PLANT => Some(self.plant_starts(bicycle, rows, variation)),
+                _ => None,
+            };
+            let starts = of_bicycle.as_ref().unwrap_or(starts);
+            members.push(Member {
+                name: name.clone(),
+                participant: Box::new(Foreign::new(fmu, name, starts)?),
+                step: *step,
+            });
+        }
+        let mut connections = Vec::new();
+        for text in &self.connect {
+            match wires::connection(text, &members) {
+                Ok(connection) => connections.push(connection),
+                // it was the one left out
+                Err(_) if variation.without.is_some() => {}
+                Err(error) => return Err(error),
+            }
+        }
+        connections.extend(by_name(&members, &connections));
+        Ok(Master::new(members, connections)?)
+    }
+
+    fn rider(&self, bicycle: &Bicycle, variation: &Variation) -> Result<Rider> {
+        let course = match &self.course {
+            Some((layout, manner)) => {
+                let parameters = variation.of(bicycle);
+                let speed = bicycle.input.speed;
+                let schedule = Schedule::at(&parameters, bicycle.formulation, *manner, speed)?;
+                Some(Preview::new(layout.course(), schedule))
+            }
+            None => None,
+        };
+        Ok(Rider::new(
+            bicycle.input,
+            course,
+            &bicycle.excitation,
+            variation.seed,
+            self.plan.stop_time,
+        ))
+    }
+
+    fn plant_starts(
+        &self,
+        bicycle: &Bicycle,
+        rows: &[VariableRow],
+        variation: &Variation,
+    ) -> Vec<(String, Value)> {
+        let parameters = variation.of(bicycle);
+        // one who follows a course takes the place of the law
+        let parameters = if self.course.is_some() {
+            parameters.riderless()
+        } else {
+            parameters
+        };
+        plant::starts(rows, &parameters, &bicycle.input, bicycle.formulation)
+    }
+
+    /// Names and units of the columns, and what is recorded in them: of the plant its outputs and
+    /// the inputs that are connected, under their plain names, then where the bicycle is beside the
+    /// course; of others their outputs.
+    fn recorded(&self, master: &mut Master) -> (Vec<String>, Vec<Option<String>>, Vec<Terminal>) {
+        let mut names = vec!["time".to_owned()];
+        let mut units = vec![Some("s".to_owned())];
+        let mut record = Vec::new();
+        let targets: Vec<Terminal> = master
+            .connections()
+            .iter()
+            .map(|c| c.target.clone())
+            .collect();
+        let members: Vec<String> = [PLANT, RIDER]
+            .map(str::to_owned)
+            .into_iter()
+            .chain(
+                self.fmus
+                    .iter()
+                    .map(|fmu| fmu.name.clone())
+                    .filter(|name| name != PLANT),
+            )
+            .collect();
+        for member in members {
+            let Some(participant) = master.participant(&member) else {
+                continue;
+            };
+            for Port {
+                name,
+                direction,
+                unit,
+                ..
+            } in participant.ports()
+            {
+                let terminal = Terminal {
+                    participant: member.clone(),
+                    variable: name.clone(),
+                };
+                let wanted = match *direction {
+                    Direction::Output => member != RIDER || name == LATERAL_OFFSET.name,
+                    Direction::Input => member == PLANT && targets.contains(&terminal),
+                    Direction::Other => false,
+                };
+                if wanted {
+                    names.push(if member == PLANT || member == RIDER {
+                        name.clone()
+                    } else {
+                        terminal.to_string()
+                    });
+                    units.push(unit.as_ref().map(|unit| unit.name.clone()));
+                    record.push(terminal);
+                }
+            }
+        }
+        (names, units, record)
+    }
+}
+
+/// An assignment and the participant it is for.
+type Assigned = (String, String);
+
+/// Sorts `[participant.]name=value` into those of participants and those of the plant.
+fn sort(set: &[String], fmus: &[Typed]) -> (Vec<Assigned>, Vec<String>) {
+    let mut of_members = Vec::new();
+    let mut of_plant = Vec::new();
+    for text in set {
+        let member = text
+            .split_once('.')
+            .filter(|(name, rest)| rest.contains('=') && fmus.iter().any(|fmu| fmu.name == *name));
+        match member {
+            Some((PLANT, rest)) => of_plant.push(rest.to_owned()),
+            Some((name, rest)) => of_members.push((name.to_owned(), rest.to_owned())),
+            None => of_plant.push(text.clone()),
+        }
+    }
+    (of_members, of_plant)
+}
+
+/// The bicycle to ride: what the FMU starts with, or the one called `name`, with changes.
+fn ridden(of_fmu: Bicycle, name: Option<&str>, changes: &Changes) -> Result<Bicycle> {
+    if let Some(name) = name {
+        return Bicycle::open(name, changes).map_err(|cause| match cause {
+            Error::Unknown { .. } => cause.typed(format!("--bicycle {name}")),
+            cause => cause,
+        });
+    }
+    let mut bicycle = of_fmu;
+    bicycle.change(changes)?;
+    Ok(bicycle)
+}
+
+fn not_ours(found: &str) -> Error {
+    Error::Form {
+        expected: "a participant `plant` with the rows of the bicycle's table",
+        found: found.to_owned(),
+    }
+}
+
+/// What is typed of a bicycle is for a plant that is one.
+fn refuse_bicycle(setup: &Setup, model: &str) -> Result<()> {
+    let Changes {
+        rider,
+        load,
+        formulation,
+        ..
+    } = &setup.changes;
+    let typed = [
+        ("--bicycle", &setup.bicycle),
+        ("--rider", rider),
+        ("--load", load),
+        ("--formulation", formulation),
+        ("--course", &setup.course),
+    ];
+    for (flag, value) in typed {
+        if let Some(value) = value {
+            return Err(not_ours(model).typed(format!("{flag} {value}")));
+        }
+    }
+    Ok(())
+}
+
+/// Start values of an FMU, from assignments to its variables.
+fn starts(
+    member: &str,
+    archive: &Archive,
+    rows: &[VariableRow],
+    set: &[String],
+) -> Result<Vec<(String, Value)>> {
+    let units = &archive.description().units;
+    let value = |text: &String| {
+        let typed = |cause: Error| cause.typed(format!("--set {member}.{text}"));
+        let (name, value) = text.split_once('=').ok_or_else(|| {
+            typed(Error::Form {
+                expected: "NAME=VALUE",
+                found: text.clone(),
+            })
+        })?;
+        let value = variable::value(units, rows, name.trim(), value.trim()).map_err(typed)?;
+        Ok((name.trim().to_owned(), value))
+    };
+    set.iter().map(value).collect()
+}
+
+/// The communication step of a participant with a sample time of its own: that, or the plan's where
+/// that is a multiple.
+fn member_step(member: &str, own: f64, step: f64, is_typed: bool) -> Result<f64> {
+    let divides = |a: f64, b: f64| {
+        let ratio = (b / a).round();
+        ratio >= 1.0 && (ratio * a - b).abs() <= 1e-9 * b
+    };
+    if divides(step, own) {
+        Ok(own)
+    } else if !is_typed && divides(own, step) {
+        Ok(step)
+    } else {
+        Err(Error::SampleTime {
+            member: member.to_owned(),
+            own,
+            step,
+        })
+    }
+}

@@ -1,0 +1,78 @@
+//! A run watched from another thread: it goes on showing where it is, and a participant that does
+//! not come back is found out.
+
+use super::Begun;
+use fmi_import::master::Call;
+use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
+use std::thread;
+use std::time::{Duration, Instant};
+
+/// Looks are that far apart.
+const LOOK: Duration = Duration::from_millis(20);
+
+/// A participant that did not come back. Its thread is lost: the process has to end.
+#[derive(Debug, thiserror::Error)]
+#[error("{} at {} s: expected an answer within {} s, found none", .call.member, .call.time, .timeout.as_secs_f64())]
+pub struct Hung {
+    /// What was called.
+    pub call: Call,
+    /// How long it was waited for.
+    pub timeout: Duration,
+    /// The run, and what was reached of it.
+    pub begun: Begun,
+}
+
+enum Told<T> {
+    Begun(Begun),
+    Done(T),
+}
+
+/// Does `work` on a thread of its own; `look` is told now and then how many runs have begun and
+/// what is being called.
+pub fn guarded<T: Send + 'static>(
+    timeout: Duration,
+    work: impl FnOnce(&mut dyn FnMut(Begun)) -> T + Send + 'static,
+    mut look: impl FnMut(u64, &Call),
+) -> Result<T, Hung> {
+    let (sender, receiver) = channel();
+    let worker = thread::spawn(move || {
+        let tell: &Sender<Told<T>> = &sender;
+        // the receiver lives until it was told that all is done
+        let done = work(&mut |begun| drop(tell.send(Told::Begun(begun))));
+        drop(tell.send(Told::Done(done)));
+    });
+    let mut runs = 0;
+    let mut current: Option<Begun> = None;
+    let mut last = (0, Instant::now());
+    loop {
+        match receiver.recv_timeout(LOOK) {
+            Ok(Told::Done(done)) => return Ok(done),
+            Ok(Told::Begun(begun)) => {
+                runs += 1;
+                current = Some(begun);
+                last = (0, Instant::now());
+            }
+            Err(RecvTimeoutError::Timeout) => {
+                let Some(begun) = &current else { continue };
+                let Some(call) = begun.watch.call() else {
+                    continue;
+                };
+                look(runs, &call);
+                if call.number != last.0 {
+                    last = (call.number, Instant::now());
+                } else if call.number > 0 && last.1.elapsed() > timeout {
+                    let begun = begun.clone();
+                    return Err(Hung {
+                        call,
+                        timeout,
+                        begun,
+                    });
+                }
+            }
+            Err(RecvTimeoutError::Disconnected) => match worker.join() {
+                Err(panic) => std::panic::resume_unwind(panic),
+                Ok(()) => unreachable!("the worker tells that it is done"),
+            },
+        }
+    }
+}
