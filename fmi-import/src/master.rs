@@ -43,6 +43,7 @@ pub struct Member<'a> {
 pub struct Master<'a> {
     seats: Vec<Seat<'a>>,
     connections: Vec<Connection>,
+    factors: Vec<f64>,
     loops: Vec<Loop>,
     watch: Arc<Watch>,
 }
@@ -68,6 +69,7 @@ impl<'a> Master<'a> {
         Ok(Self {
             seats,
             connections,
+            factors: wires.iter().map(|wire| wire.factor).collect(),
             loops,
             watch: Arc::new(Watch::new(names)),
         })
@@ -76,6 +78,11 @@ impl<'a> Master<'a> {
     /// What is connected to what.
     pub fn connections(&self) -> &[Connection] {
         &self.connections
+    }
+
+    /// For each connection the factor from the unit of its output to that of its input.
+    pub fn factors(&self) -> &[f64] {
+        &self.factors
     }
 
     /// Outputs that depend on themselves through inputs, without time between. Their values lag

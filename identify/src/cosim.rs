@@ -6,15 +6,21 @@
 //! `steer_torque`: following a course, with a remnant, or holding what the bicycle starts with.
 
 mod coupling;
+mod derivatives;
 mod guard;
+mod modes;
 mod plant;
+mod realization;
 mod rider;
 mod setup;
+mod study;
 mod wires;
 
 pub use coupling::{Begun, Coupling, Ran, Variation};
 pub use guard::{Hung, guarded};
+pub use modes::Modes;
 pub use setup::{Setup, Typed, algorithm};
+pub use study::{Cases, study};
 
 /// Name of the participant that is the bicycle.
 pub const PLANT: &str = "plant";

@@ -315,6 +315,9 @@ pub enum Error {
          step or to go into it, found {step} s"
     )]
     SampleTime { member: String, own: f64, step: f64 },
+    /// A participant that ended of itself and with it the ride.
+    #[error("expected {member} to go on to the stop, found its end at {time} s")]
+    EndedEarly { member: String, time: f64 },
     /// An FMU, or several coupled.
     #[error(transparent)]
     Fmu(#[from] fmi_import::Error),

@@ -6,7 +6,7 @@ use fmi_import::{Error, Fmu, Instance, Plan, Status, Step, Value, simulate};
 use tempfile::TempDir;
 
 /// The FMU with the library that cargo built for these tests, and the folder it lies in.
-fn packed() -> (TempDir, Fmu) {
+pub fn packed() -> (TempDir, Fmu) {
     let folder = tempfile::tempdir().expect("temporary folder");
     let path = folder.path().join("RearLoadBicycle.fmu");
     let library = fmu::built_library().expect("cargo builds it as a dependency");

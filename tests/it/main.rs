@@ -2,6 +2,7 @@
 
 mod cases;
 mod claims;
+mod coupling;
 mod fmu;
 mod fuzz;
 mod packing;

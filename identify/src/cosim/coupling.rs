@@ -11,7 +11,7 @@ use bicycle::Parameters;
 use bicycle::course::{LATERAL_OFFSET, Layout};
 use bicycle::rider::{Manner, Preview, Schedule};
 use fmi_import::master::{
-    Direction, Foreign, Master, Member, Plan, Port, Run, Terminal, Watch, by_name,
+    Direction, Foreign, Master, Member, Participant, Plan, Port, Run, Terminal, Watch, by_name,
 };
 use fmi_import::{Archive, Fmu, Value, VariableRow};
 use std::sync::Arc;
@@ -31,9 +31,9 @@ pub struct Coupling {
 }
 
 /// An FMU loaded, with its start values.
-struct Opened {
-    name: String,
-    fmu: Fmu,
+pub(super) struct Opened {
+    pub name: String,
+    pub fmu: Fmu,
     rows: Vec<VariableRow>,
     starts: Vec<(String, Value)>,
     step: Option<f64>,
@@ -48,10 +48,12 @@ pub struct Variation<'a> {
     pub seed: u64,
     /// The participant that is left out.
     pub without: Option<&'a str>,
+    /// Quantisers of controllers, rows called `…_resolution`, are taken out.
+    pub smooth: bool,
 }
 
 impl Variation<'_> {
-    fn of(&self, bicycle: &Bicycle) -> Parameters {
+    pub(super) fn of(&self, bicycle: &Bicycle) -> Parameters {
         self.parameters.copied().unwrap_or(bicycle.parameters)
     }
 }
@@ -78,14 +80,6 @@ pub struct Ran {
     pub connections: Vec<String>,
     /// Algebraic loops, in words.
     pub loops: Vec<String>,
-}
-
-impl Ran {
-    /// The values recorded of `name`.
-    pub fn column(&self, name: &str) -> Option<&[f64]> {
-        let index = self.run.names.iter().position(|known| known == name)?;
-        Some(&self.run.columns[index])
-    }
 }
 
 impl Coupling {
@@ -189,12 +183,23 @@ impl Coupling {
             parameters: None,
             seed: self.seed,
             without: None,
+            smooth: false,
         }
     }
 
     /// Where runs stop [s].
     pub fn stop(&self) -> f64 {
         self.plan.stop_time
+    }
+
+    /// Seed of the remnant.
+    pub fn seed(&self) -> u64 {
+        self.seed
+    }
+
+    /// Names of the FMUs.
+    pub fn names(&self) -> impl Iterator<Item = &str> {
+        self.fmus.iter().map(|fmu| fmu.name.as_str())
     }
 
     /// Whether a course is followed.
@@ -230,35 +235,31 @@ impl Coupling {
 
     /// The participants, connected.
     pub fn master(&self, variation: &Variation) -> Result<Master<'_>> {
-        let mut members = Vec::new();
-        if let Some(bicycle) = &self.bicycle {
+        let rider: Option<Box<dyn Participant>> = match &self.bicycle {
+            Some(bicycle) => Some(Box::new(self.rider(bicycle, variation)?)),
+            None => None,
+        };
+        self.master_with(variation, rider)
+    }
+
+    /// The participants, connected, with this one in the rider's place.
+    pub(super) fn master_with<'a>(
+        &'a self,
+        variation: &Variation,
+        rider: Option<Box<dyn Participant + 'a>>,
+    ) -> Result<Master<'a>> {
+        let rider = rider.map(|participant| Member {
+            name: RIDER.to_owned(),
+            participant,
+            step: None,
+        });
+        let mut members: Vec<Member> = rider.into_iter().collect();
+        for fmu in self.present(variation) {
+            let starts = self.starts_of(fmu, variation);
             members.push(Member {
-                name: RIDER.to_owned(),
-                participant: Box::new(self.rider(bicycle, variation)?),
-                step: None,
-            });
-        }
-        let present = self
-            .fmus
-            .iter()
-            .filter(|fmu| variation.without != Some(fmu.name.as_str()));
-        for Opened {
-            name,
-            fmu,
-            rows,
-            starts,
-            step,
-        } in present
-        {
-            let of_bicycle = match &self.bicycle {
-                Some(bicycle) if name == PLANT => Some(self.plant_starts(bicycle, rows, variation)),
-                _ => None,
-            };
-            let starts = of_bicycle.as_ref().unwrap_or(starts);
-            members.push(Member {
-                name: name.clone(),
-                participant: Box::new(Foreign::new(fmu, name, starts)?),
-                step: *step,
+                name: fmu.name.clone(),
+                participant: Box::new(Foreign::new(&fmu.fmu, &fmu.name, &starts)?),
+                step: fmu.step,
             });
         }
         let mut connections = Vec::new();
@@ -272,6 +273,41 @@ impl Coupling {
         }
         connections.extend(by_name(&members, &connections));
         Ok(Master::new(members, connections)?)
+    }
+
+    /// The FMUs that take part.
+    pub(super) fn present(&self, variation: &Variation) -> impl Iterator<Item = &Opened> {
+        let without = variation.without.map(str::to_owned);
+        let is_present = move |fmu: &&Opened| without.as_deref() != Some(fmu.name.as_str());
+        self.fmus.iter().filter(is_present)
+    }
+
+    /// What an FMU starts with.
+    pub(super) fn starts_of(&self, opened: &Opened, variation: &Variation) -> Vec<(String, Value)> {
+        if let Some(bicycle) = self.bicycle.as_ref().filter(|_| opened.name == PLANT) {
+            return self.plant_starts(bicycle, &opened.rows, variation);
+        }
+        let mut starts = opened.starts.clone();
+        if variation.smooth {
+            let is_step = |row: &&VariableRow| {
+                let is_real = row.causality == "parameter" && row.type_name == "Real";
+                is_real && row.name.ends_with("_resolution")
+            };
+            let steps = opened.rows.iter().filter(is_step);
+            starts.extend(steps.map(|row| (row.name.clone(), Value::Real(0.0))));
+        }
+        starts
+    }
+
+    /// The plan, without anything to record.
+    pub(super) fn plan(&self) -> &Plan {
+        &self.plan
+    }
+
+    /// The longest communication step of a participant [s].
+    pub(super) fn longest_step(&self) -> f64 {
+        let own = self.fmus.iter().filter_map(|fmu| fmu.step);
+        own.fold(self.plan.step, f64::max)
     }
 
     fn rider(&self, bicycle: &Bicycle, variation: &Variation) -> Result<Rider> {
