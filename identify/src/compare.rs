@@ -1,9 +1,11 @@
 //! Rides beside each other: which bands of a spectrum rise and which fall.
 
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::ride::Ride;
 use crate::spectrum::{Analysis, Recipe};
+use nalgebra::Complex;
 use serde::Serialize;
+use std::fmt;
 
 /// The bands [Hz] that the paper's discussion distinguishes: slow balancing, the oscillation,
 /// what lies above.
@@ -39,8 +41,48 @@ pub struct BandRow {
     pub ratio: f64,
     /// 95 % interval of the ratio, both taken for noise; a slalom or pedalling line is none.
     pub interval: (f64, f64),
-    /// `rises`, `falls`, or `no change` where the interval holds 1.
-    pub verdict: &'static str,
+    /// What the interval says.
+    pub verdict: Change,
+}
+
+/// Whether a ratio differs from 1 for all that its interval knows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+pub enum Change {
+    /// The interval lies above 1.
+    #[serde(rename = "rises")]
+    Rises,
+    /// It lies below 1.
+    #[serde(rename = "falls")]
+    Falls,
+    /// It holds 1.
+    #[serde(rename = "no change")]
+    None,
+}
+
+impl Change {
+    /// What an interval of a ratio says.
+    pub fn of(interval: (f64, f64)) -> Self {
+        match interval {
+            (low, _) if low > 1.0 => Self::Rises,
+            (_, high) if high < 1.0 => Self::Falls,
+            _ => Self::None,
+        }
+    }
+
+    /// The name in tables.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Rises => "rises",
+            Self::Falls => "falls",
+            Self::None => "no change",
+        }
+    }
+}
+
+impl fmt::Display for Change {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(self.name())
+    }
 }
 
 /// The amplitude spectrum of `channel` of `ride`.
@@ -61,35 +103,21 @@ pub fn amplitudes(ride: &Ride, channel: &str, recipe: &Recipe) -> Result<Amplitu
 pub fn bands(rides: &[Ride], channel: &str, recipe: &Recipe) -> Result<Vec<BandRow>> {
     let mut rows: Vec<BandRow> = Vec::new();
     for (low, high) in BANDS {
-        let recipe = Recipe {
-            band: (low, high),
-            ..recipe.clone()
-        };
+        let recipe = within(recipe, (low, high));
         let mut first = None;
         for (i, ride) in rides.iter().enumerate() {
-            let analysis =
-                Analysis::new(&recipe, ride.step(), ride.len()).map_err(|cause| Error::InFile {
-                    file: ride.name(),
-                    cause: Box::new(cause),
-                })?;
-            let coefficients = analysis.coefficients(ride.signal(channel)?);
-            let power: f64 = coefficients.iter().map(nalgebra::Complex::norm_sqr).sum();
-            let rms = (2.0 * power / analysis.duration()).sqrt();
-            let bins = coefficients.len() as f64;
+            let analysis = Analysis::new(&recipe, ride.step(), ride.len())
+                .map_err(|cause| cause.in_file(ride.name()))?;
+            let rms = mean_square(&analysis, ride.signal(channel)?).sqrt();
+            let bins = analysis.frequencies().len();
             let (reference, of) = *first.get_or_insert((rms, bins));
-            // the power in n bins scatters by 1/√n, its root by half of that
-            let scatter = if i == 0 {
-                0.0
-            } else {
-                1.96 * 0.5 * (1.0 / bins + 1.0 / of).sqrt()
-            };
             let ratio = rms / reference;
-            let interval = (ratio * (-scatter).exp(), ratio * scatter.exp());
-            let verdict = match interval {
-                (low, _) if low > 1.0 => "rises",
-                (_, high) if high < 1.0 => "falls",
-                _ => "no change",
+            let interval = if i == 0 {
+                (ratio, ratio)
+            } else {
+                noise_interval(ratio, bins, of)
             };
+            let verdict = Change::of(interval);
             rows.push(BandRow {
                 ride: ride.name(),
                 low,
@@ -102,6 +130,28 @@ pub fn bands(rides: &[Ride], channel: &str, recipe: &Recipe) -> Result<Vec<BandR
         }
     }
     Ok(rows)
+}
+
+/// `recipe` within another band [Hz].
+pub(crate) fn within(recipe: &Recipe, band: (f64, f64)) -> Recipe {
+    Recipe {
+        band,
+        ..recipe.clone()
+    }
+}
+
+/// Mean square [SI²] of the residual of `samples` in the band of `analysis`.
+pub(crate) fn mean_square(analysis: &Analysis, samples: &[f64]) -> f64 {
+    let coefficients = analysis.coefficients(samples);
+    let power: f64 = coefficients.iter().map(Complex::norm_sqr).sum();
+    2.0 * power / analysis.duration()
+}
+
+/// 95 % interval of a `ratio` of two root mean squares of noise, from so many bins each.
+pub(crate) fn noise_interval(ratio: f64, bins: usize, of: usize) -> (f64, f64) {
+    // the power in n bins scatters by 1/√n, its root by half of that
+    let scatter = 1.96 * 0.5 * (1.0 / bins as f64 + 1.0 / of as f64).sqrt();
+    (ratio * (-scatter).exp(), ratio * scatter.exp())
 }
 
 #[cfg(test)]
@@ -135,9 +185,9 @@ mod tests {
         for band in rows.chunks(3) {
             assert_eq!(
                 (band[0].ratio, band[1].ratio, band[1].verdict),
-                (1.0, 1.0, "no change")
+                (1.0, 1.0, Change::None)
             );
-            assert_eq!(band[2].verdict, "rises");
+            assert_eq!(band[2].verdict, Change::Rises);
             // a factor of 4, within three standard deviations of the interval stated
             let (low, high) = band[2].interval;
             assert!(low / 1.3 < 4.0 && 4.0 < high * 1.3, "{:?}", band[2]);

@@ -225,6 +225,14 @@ pub enum Error {
         to: f64,
     },
 
+    /// Rides, or what is known of them, that cannot be held against each other.
+    #[error("{what}: expected {expected}, found {found}")]
+    Incomparable {
+        what: String,
+        expected: String,
+        found: String,
+    },
+
     // ── maps and bicycles ──────────────────────────────────────────────────────────────────
     /// A calibration that maps everything to one value.
     #[error(

@@ -2,11 +2,13 @@
 //!
 //! Only this module names plotters.
 
+mod assist;
 mod canvas;
 mod stability;
 #[cfg(test)]
 pub(crate) mod tests;
 
+pub use assist::assist;
 pub use stability::stability;
 
 use crate::run::{Curve, Trace};

@@ -1,6 +1,7 @@
 //! Rides in; parameters with their uncertainty and a report out.
 #![deny(unsafe_code)]
 
+pub mod assist;
 pub mod bicycles;
 pub mod closed_loop;
 pub mod compare;

@@ -1,12 +1,12 @@
 //! The report of a fit: one HTML file that needs nothing else, and its table as plain text.
 
 pub(crate) mod markup;
-mod number;
+pub(crate) mod number;
 mod provenance;
-mod table;
+pub(crate) mod table;
 #[cfg(test)]
 mod tests;
-mod words;
+pub(crate) mod words;
 
 pub use table::{summary, table};
 pub use words::advice;

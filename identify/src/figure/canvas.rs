@@ -17,7 +17,7 @@ pub(super) const BELOW: f64 = 46.0;
 pub(super) const LINE: f64 = 20.0;
 const TEXT: f64 = 12.0 * 1.24;
 /// Width of an average letter [px]: the backend cannot measure text.
-const LETTER: f64 = 6.2;
+pub(super) const LETTER: f64 = 6.2;
 
 /// The palette of Okabe and Ito (2008), which the colour-blind can tell apart.
 pub(super) const BLACK: RGBColor = RGBColor(0, 0, 0);
@@ -51,20 +51,31 @@ pub(super) fn svg(height: f64, draw: impl FnOnce(&Area) -> Drawn) -> String {
     text.replacen(&fine, &shown, 1)
 }
 
+/// A figure of `height` [px] below a legend.
+pub(super) fn under_legend(
+    entries: &[(Mark, String)],
+    height: f64,
+    draw: impl FnOnce(&Area) -> Drawn,
+) -> String {
+    let places = places(entries);
+    let top = places.last().map_or(0.0, |place| place.1 + LINE);
+    svg(top + height, |root| {
+        let (legend, rest) = root.split_vertically(px(top));
+        for ((mark, label), at) in entries.iter().zip(places) {
+            mark.draw(&legend, at, label)?;
+        }
+        draw(&rest)
+    })
+}
+
 /// A figure of `count` panels below a legend; `draw` is told which panel and where.
 pub(super) fn stacked(
     entries: &[(Mark, String)],
     count: usize,
     draw: impl Fn(usize, &Area) -> Drawn,
 ) -> String {
-    let places = places(entries);
-    let top = places.last().map_or(0.0, |place| place.1 + LINE);
-    svg(top + count as f64 * PANEL + BELOW, |root| {
-        let (legend, rest) = root.split_vertically(px(top));
-        for ((mark, label), at) in entries.iter().zip(places) {
-            mark.draw(&legend, at, label)?;
-        }
-        for (nth, panel) in panels(&rest, count, PANEL).iter().enumerate() {
+    under_legend(entries, count as f64 * PANEL + BELOW, |rest| {
+        for (nth, panel) in panels(rest, count, PANEL).iter().enumerate() {
             draw(nth, panel)?;
         }
         Ok(())
@@ -88,16 +99,34 @@ pub(super) fn axes<'a, 'b>(
     y_label: &str,
     y: Range<f64>,
 ) -> Drawn<Chart<'a, 'b>> {
+    grid(area, (x_label, Some(y_label)), (x, y), (12, 6))
+}
+
+/// Room of a panel beside its plot [px]: left of it with and without numbers, and right of it.
+pub(super) const LEFT: f64 = 66.0;
+pub(super) const LEFT_BARE: f64 = 10.0;
+pub(super) const RIGHT: f64 = 14.0;
+
+/// Axes with about so many numbers each; one without a label has the ticks only, as have panels
+/// above and beside others.
+pub(super) fn grid<'a, 'b>(
+    area: &'b Area<'a>,
+    (x_label, y_label): (Option<&str>, Option<&str>),
+    (x, y): (Range<f64>, Range<f64>),
+    numbers: (usize, usize),
+) -> Drawn<Chart<'a, 'b>> {
+    let margin = 8.0;
+    let left = if y_label.is_some() { LEFT } else { LEFT_BARE };
     let mut chart = ChartBuilder::on(area)
         .margin_top(px(8.0))
-        .margin_right(px(14.0))
+        .margin_right(px(RIGHT))
         .margin_bottom(px(6.0))
-        .margin_left(px(8.0))
-        .y_label_area_size(px(58.0))
+        .margin_left(px(margin))
+        .y_label_area_size(px(left - margin))
         .x_label_area_size(px(if x_label.is_some() { BELOW } else { 2.0 }))
         .build_cartesian_2d(x, y)?;
-    // the panels above the last have the ticks, not the numbers
-    let numbers = |x: &f64| x_label.map_or_else(String::new, |_| tick(x));
+    let of_x = |x: &f64| x_label.map_or_else(String::new, |_| tick(x));
+    let of_y = |y: &f64| y_label.map_or_else(String::new, |_| tick(y));
     let (text, thin) = (("sans-serif", px(TEXT)), stroke(BLACK.mix(0.7), 0.8));
     let mut mesh = chart.configure_mesh();
     mesh.light_line_style(TRANSPARENT)
@@ -106,13 +135,15 @@ pub(super) fn axes<'a, 'b>(
         .label_style(text)
         .axis_desc_style(text)
         .set_all_tick_mark_size(px(4.0))
-        .x_labels(12)
-        .y_labels(6)
-        .x_label_formatter(&numbers)
-        .y_label_formatter(&tick)
-        .y_desc(y_label);
+        .x_labels(numbers.0)
+        .y_labels(numbers.1)
+        .x_label_formatter(&of_x)
+        .y_label_formatter(&of_y);
     if let Some(label) = x_label {
         mesh.x_desc(label);
+    }
+    if let Some(label) = y_label {
+        mesh.y_desc(label);
     }
     mesh.draw()?;
     Ok(chart)
@@ -166,7 +197,6 @@ impl Mark {
 
 /// Where the entries of a legend go, left to right and line by line [px].
 fn places(entries: &[(Mark, String)]) -> Vec<(f64, f64)> {
-    const LEFT: f64 = 66.0;
     let (mut x, mut y) = (LEFT, 2.0);
     let width = |label: &str| Mark::WIDTH + LETTER * label.chars().count() as f64 + 22.0;
     let place = |(_, label): &(Mark, String)| {

@@ -22,7 +22,7 @@ fn fixed(value: f64, decimals: usize) -> String {
 }
 
 /// `value` to `digits` significant digits.
-pub(super) fn significant(value: f64, digits: i32) -> String {
+pub(crate) fn significant(value: f64, digits: i32) -> String {
     fixed(value, decimals(value, digits))
 }
 
@@ -32,20 +32,20 @@ pub(super) fn supported(value: f64, error: f64) -> String {
 }
 
 /// `value` as it was given, to eight digits.
-pub(super) fn exact(value: f64) -> String {
+pub(crate) fn exact(value: f64) -> String {
     let digits = format!("{value:.7e}").parse::<f64>().unwrap_or(value);
     // + 0 turns −0 into 0
     format!("{}", digits + 0.0).replace('-', "−")
 }
 
 /// A given value [SI] with its unit.
-pub(super) fn exact_with_unit(value: f64, unit: &str) -> String {
+pub(crate) fn exact_with_unit(value: f64, unit: &str) -> String {
     let (factor, symbol) = shown(unit);
     join(&exact(factor * value), &symbol)
 }
 
 /// A value [SI] of a channel or row with its unit, to `digits` significant digits.
-pub(super) fn with_unit(value: f64, unit: &str, digits: i32) -> String {
+pub(crate) fn with_unit(value: f64, unit: &str, digits: i32) -> String {
     let (factor, symbol) = shown(unit);
     join(&significant(factor * value, digits), &symbol)
 }

@@ -21,7 +21,7 @@ pub(super) const HEADS: [&str; 8] = [
 /// Width of a line of text in a terminal.
 const LINE: usize = 80;
 /// What stands where there is nothing to say.
-const NOTHING: &str = "–";
+pub(crate) const NOTHING: &str = "–";
 
 /// The symbol of a row of the tables.
 fn symbol(name: &str) -> &'static str {
@@ -61,13 +61,19 @@ pub(super) fn cells(estimate: &Estimate) -> [String; HEADS.len()] {
 /// The table of parameters as plain text, ending in a line break; before it, where a parameter is
 /// not determined, what would determine it.
 pub fn table(fit: &Fit) -> String {
-    let mut text = advice(fit).map_or_else(String::new, |advice| wrapped(&advice) + "\n");
+    let text = advice(fit).map_or_else(String::new, |advice| wrapped(&advice) + "\n");
     let rows: Vec<_> = std::iter::once(HEADS.map(str::to_owned))
         .chain(fit.parameters.iter().map(cells))
         .collect();
-    let widths: [usize; HEADS.len()] =
+    text + &aligned(&rows)
+}
+
+/// `rows` as plain text, columns below each other.
+pub(crate) fn aligned<const N: usize>(rows: &[[String; N]]) -> String {
+    let widths: [usize; N] =
         std::array::from_fn(|c| rows.iter().map(|row| width(&row[c])).max().unwrap_or(0));
-    for row in &rows {
+    let mut text = String::new();
+    for row in rows {
         let mut line = String::new();
         for (cell, column) in row.iter().zip(widths) {
             let _ = write!(line, "{cell}{:1$}", "", column - width(cell) + 2);
@@ -75,7 +81,6 @@ pub fn table(fit: &Fit) -> String {
         text += line.trim_end();
         text.push('\n');
     }
-    // a terminal breaks no lines between number and unit
     text.replace('\u{a0}', " ")
 }
 
@@ -94,8 +99,7 @@ pub fn summary(fit: &Fit) -> String {
     for note in &fit.notes {
         text += &wrapped(&format!("note: {note}"));
     }
-    text += &wrapped(&work(fit));
-    text.replace('\u{a0}', " ")
+    text + &wrapped(&work(fit))
 }
 
 /// Columns that `text` takes in a terminal: combining marks, as the dot of θ̇, take none.
@@ -105,8 +109,8 @@ fn width(text: &str) -> usize {
         .count()
 }
 
-/// `text` broken between words, every line ended.
-fn wrapped(text: &str) -> String {
+/// `text` broken between words, not between number and unit, every line ended.
+pub(crate) fn wrapped(text: &str) -> String {
     let mut wrapped = String::new();
     let mut column = 0;
     for word in text.split(' ') {
@@ -121,5 +125,5 @@ fn wrapped(text: &str) -> String {
         wrapped += word;
         column += width(word);
     }
-    wrapped + "\n"
+    wrapped.replace('\u{a0}', " ") + "\n"
 }

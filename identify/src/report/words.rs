@@ -305,12 +305,12 @@ pub(super) fn work(fit: &Fit) -> String {
 }
 
 /// A name of the tables as words.
-pub(super) fn words(name: &str) -> String {
+pub(crate) fn words(name: &str) -> String {
     name.replace('_', " ").replace("coulomb", "Coulomb")
 }
 
 /// `a`, `a and b`, `a, b and c`.
-pub(super) fn join<S: Into<String>>(items: impl Iterator<Item = S>) -> String {
+pub(crate) fn join<S: Into<String>>(items: impl Iterator<Item = S>) -> String {
     let mut items: Vec<String> = items.map(Into::into).collect();
     match items.pop() {
         None => String::new(),
@@ -320,7 +320,7 @@ pub(super) fn join<S: Into<String>>(items: impl Iterator<Item = S>) -> String {
 }
 
 /// `text` with a capital letter first.
-pub(super) fn capitalised(text: &str) -> String {
+pub(crate) fn capitalised(text: &str) -> String {
     let mut letters = text.chars();
     letters.next().map_or_else(String::new, |first| {
         first.to_uppercase().chain(letters).collect()
