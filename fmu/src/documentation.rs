@@ -7,9 +7,13 @@ use bicycle::{Formulation, Quantity};
 /// Paths in the archive and contents.
 pub(crate) fn files() -> Vec<(String, Vec<u8>)> {
     let page = page();
-    let files: [(&str, &[u8]); 7] = [
+    let files: [(&str, &[u8]); 8] = [
         ("documentation/index.html", page.as_bytes()),
-        ("documentation/couple.py", COUPLE.as_bytes()),
+        ("documentation/assist.py", ASSIST.as_bytes()),
+        (
+            "documentation/couple.py",
+            include_bytes!("../documentation/couple.py"),
+        ),
         (
             "documentation/licenses/license.txt",
             include_bytes!("../documentation/licenses/license.txt"),
@@ -33,7 +37,7 @@ pub(crate) fn files() -> Vec<(String, Vec<u8>)> {
         .into()
 }
 
-const COUPLE: &str = include_str!("../documentation/couple.py");
+const ASSIST: &str = include_str!("../documentation/assist.py");
 
 /// The page with figure, script and tables filled in.
 fn page() -> String {
@@ -55,7 +59,7 @@ fn page() -> String {
         ("model", MODEL_IDENTIFIER.to_owned()),
         ("version", env!("CARGO_PKG_VERSION").to_owned()),
         ("signs", figure(include_str!("../../bicycle/signs.svg"))),
-        ("couple.py", escaped(COUPLE)),
+        ("assist.py", escaped(ASSIST)),
         ("formulations", formulations),
         (
             "parameters",

@@ -1,8 +1,9 @@
 """fmpy as the judge from outside.
 
-Two environment variables name what is judged:
-FMU     the file RearLoadBicycle.fmu
-WOBBLE  the program, which simulates the same bicycle without FMI
+Environment variables name what is judged:
+FMU      the file RearLoadBicycle.fmu
+FOREIGN  the folder with RollAssist.fmu and RollAssistStateless.fmu, the controller in C
+WOBBLE   the program, which simulates the same bicycle without FMI
 """
 
 import csv
@@ -47,6 +48,26 @@ def unzipped(fmu, tmp_path_factory) -> Path:
     return Path(fmpy.extract(str(fmu), unzipdir=str(tmp_path_factory.mktemp("fmu"))))
 
 
+@pytest.fixture(scope="session")
+def foreign() -> Path:
+    folder = os.environ.get("FOREIGN")
+    if not folder or not Path(folder).is_dir():
+        pytest.exit("expected the environment variable FOREIGN to name a folder", 2)
+    return Path(folder).resolve()
+
+
+@pytest.fixture(scope="session")
+def unzipped_assist(foreign, tmp_path_factory) -> Path:
+    """The controller in C."""
+    fmu = str(foreign / "RollAssist.fmu")
+    return Path(fmpy.extract(fmu, unzipdir=str(tmp_path_factory.mktemp("assist"))))
+
+
+@pytest.fixture(scope="session")
+def wobble() -> Path:
+    return from_environment("WOBBLE")
+
+
 @pytest.fixture
 def slave(description, unzipped, references):
     slave = Slave(description, unzipped, references)
@@ -55,32 +76,34 @@ def slave(description, unzipped, references):
     slave.fmu.freeLibrary()
 
 
+def columns_of(text: str) -> dict:
+    """The columns of a CSV file, by name."""
+    header, *rows = csv.reader(text.splitlines())
+    names = [column.split("[")[0] for column in header]
+    return dict(zip(names, np.array(rows, dtype=float).T, strict=True))
+
+
 @pytest.fixture(scope="session")
-def native():
+def native(wobble):
     """Runs the bicycle without FMI; returns its columns by name."""
-    program = from_environment("WOBBLE")
 
     def run(step: float, stop: float, start_values: dict, *changes: str) -> dict:
-        command = [program, "simulate", "--step", repr(step), "--duration", repr(stop)]
+        command = [wobble, "simulate", "--step", repr(step), "--duration", repr(stop)]
         for name, value in start_values.items():
             command += ["--set", f"{name}={value}"]
         for change in changes:
             command += ["--at", change]
         output = subprocess.run(command, check=True, capture_output=True, text=True)
-        header, *rows = csv.reader(output.stdout.splitlines())
-        names = [column.split("[")[0] for column in header]
-        columns = np.array(rows, dtype=float).T
-        return dict(zip(names, columns, strict=True))
+        return columns_of(output.stdout)
 
     return run
 
 
 @pytest.fixture(scope="session")
-def falling():
+def falling(wobble):
     """Start values of a fall: the calibrated set with the paper's start and its negative trail."""
-    program = from_environment("WOBBLE")
     start = ["trail=-0.035", "roll_start=-5deg", "steer_start=1deg", "yaw_rate_start=2"]
-    command = [program, "parameters", "--bicycle", "section3", "--json"]
+    command = [wobble, "parameters", "--bicycle", "section3", "--json"]
     for setting in start:
         command += ["--set", setting]
     output = subprocess.run(command, check=True, capture_output=True, text=True)

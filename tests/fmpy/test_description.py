@@ -39,6 +39,7 @@ def test_archive_holds_what_it_should(fmu):
     binaries = [name for name in names if name.startswith("binaries/")]
     assert set(names) == {
         "modelDescription.xml",
+        "documentation/assist.py",
         "documentation/couple.py",
         "documentation/index.html",
         "documentation/licenses/apache-2.0.txt",

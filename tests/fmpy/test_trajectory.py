@@ -1,6 +1,7 @@
 """simulate_fmu against the bicycle without FMI: equal to the last bit."""
 
 import math
+import runpy
 import subprocess
 import sys
 from pathlib import Path
@@ -103,8 +104,24 @@ def test_a_value_out_of_range_stops_the_simulation(fmu, description):
         simulate(fmu, description, 0.005, 1.0, {"wheelbase": 9.0})
 
 
-def test_the_script_of_the_documentation_runs(fmu):
-    script = Path(__file__).parents[2] / "fmu" / "documentation" / "couple.py"
-    ran = subprocess.run([sys.executable, script, fmu], capture_output=True, text=True)
+DOCUMENTATION = Path(__file__).parents[2] / "fmu" / "documentation"
+
+
+def test_the_script_that_couples_runs(fmu):
+    command = [sys.executable, DOCUMENTATION / "couple.py", fmu]
+    ran = subprocess.run(command, capture_output=True, text=True)
     assert ran.returncode == 0, ran.stderr
     assert ran.stdout
+
+
+def test_the_assist_of_the_documentation_steers(fmu, monkeypatch, capsys):
+    script = DOCUMENTATION / "assist.py"
+    monkeypatch.setattr(sys, "argv", [str(script), str(fmu)])
+    after = runpy.run_path(str(script))
+    ride, assist = after["ride"], after["assist"]
+    assert capsys.readouterr().out
+    # what is measured at one point acts until the next; the first step is made without
+    demand = [assist(*row) for row in ride[["roll", "roll_rate", "steer_rate"]].tolist()]
+    assert ride["assist_torque"][0] == ride["assist_torque"][1] == 0.0
+    assert np.array_equal(ride["assist_torque"][2:], demand[1:-1])
+    assert abs(ride["roll"][-1]) < 0.01 < ride["roll"][0]
