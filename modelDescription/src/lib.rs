@@ -1,4 +1,5 @@
-//! modelDescription.xml of FMI 2.0 as types: read, write, fingerprint.
+//! modelDescription.xml of FMI 2.0 as types: read, write, fingerprint; and in [`ssp`] systems of
+//! FMUs and parameter sets of SSP 1.0.
 //!
 //! The types follow FMI 2.0 §2.2 and §4.3.1; optional attributes are
 //! `Option`s, attributes with a default in the schema hold that default.
@@ -8,6 +9,7 @@
 
 mod fingerprint;
 mod platform;
+pub mod ssp;
 mod structure;
 mod types;
 mod variable;

@@ -5,11 +5,14 @@ use crate::{
     IntegerType, IntegerVariable, ModelDescription, RealType, RealVariable, ScalarVariable,
     SimpleType, StringVariable, TypeDefinition, Unit, Unknown, Variability, VariableType,
 };
+use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use serde_xml_rs::SerdeXml;
 use xml::EmitterConfig;
 
-/// A text that is no model description, or a value that cannot be written.
+mod prefix;
+
+/// A text that is no such description, or a value that cannot be written.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
@@ -22,25 +25,39 @@ pub enum Error {
         /// The version found.
         found: String,
     },
+    /// The XML of an SSP could not be read.
+    #[error("expected {expected}: {source}")]
+    Ssp {
+        /// What was to be read.
+        expected: &'static str,
+        /// The reason.
+        source: serde_xml_rs::Error,
+    },
+    /// The XML is another document.
+    #[error("expected {expected}, found the element {found}")]
+    Root {
+        /// What was to be read.
+        expected: &'static str,
+        /// Its root element, with its namespace.
+        found: String,
+    },
+    /// An SSP of another version.
+    #[error("expected {expected}, found version {found:?}")]
+    SspVersion {
+        /// What was to be read.
+        expected: &'static str,
+        /// The version found.
+        found: String,
+    },
     /// The description could not be written.
-    #[error("the model description cannot be written as XML: {0}")]
+    #[error("the description cannot be written as XML: {0}")]
     Write(#[source] serde_xml_rs::Error),
 }
 
 impl ModelDescription {
     /// The XML text, indented, ending in a newline.
     pub fn to_xml(&self) -> Result<String, Error> {
-        let emitter = EmitterConfig::new()
-            .perform_indent(true)
-            .indent_string("  ")
-            .pad_self_closing(false);
-        let mut xml = SerdeXml::new()
-            .emitter(emitter)
-            .to_string(self)
-            .map_err(Error::Write)?;
-        xml.push('\n');
-        // Indentation is of blanks: a tab stands in an attribute, and would be read as a blank.
-        Ok(xml.replace('\t', "&#9;"))
+        write(self, &[])
     }
 
     /// Reads the XML text; unknown elements and attributes are ignored.
@@ -59,6 +76,69 @@ impl ModelDescription {
             })
         }
     }
+}
+
+/// The XML text of `value`, indented, ending in a newline; its root declares the namespaces of SSP
+/// with these prefixes.
+pub(crate) fn write<T: Serialize>(value: &T, prefixes: &[&str]) -> Result<String, Error> {
+    let emitter = EmitterConfig::new()
+        .perform_indent(true)
+        .indent_string("  ")
+        .pad_self_closing(false);
+    let mut form = SerdeXml::new().emitter(emitter);
+    for (prefix, uri) in prefix::NAMESPACES {
+        if prefixes.contains(&prefix) {
+            form = form.namespace(prefix, uri);
+        }
+    }
+    let mut xml = form.to_string(value).map_err(Error::Write)?;
+    xml.push('\n');
+    Ok(with_tabs(&xml))
+}
+
+/// The XML crate writes tabs of attributes as they are, and they would be read as blanks. There
+/// are no others: indentation is of blanks.
+fn with_tabs(xml: &str) -> String {
+    xml.replace('\t', "&#9;")
+}
+
+/// A document of SSP.
+pub(crate) struct Format {
+    /// What it is, in words.
+    pub(crate) what: &'static str,
+    /// Prefix of its namespace.
+    pub(crate) prefix: &'static str,
+    /// Name of its root element.
+    pub(crate) root: &'static str,
+}
+
+impl Format {
+    /// Refuses other versions than 1.
+    pub(crate) fn check_version(&self, found: &str) -> Result<(), Error> {
+        if found.starts_with("1.") {
+            return Ok(());
+        }
+        Err(Error::SspVersion {
+            expected: self.what,
+            found: found.to_owned(),
+        })
+    }
+
+    fn unreadable(&self, source: impl Into<serde_xml_rs::Error>) -> Error {
+        Error::Ssp {
+            expected: self.what,
+            source: source.into(),
+        }
+    }
+}
+
+/// Reads a document of SSP; unknown elements and attributes are ignored.
+pub(crate) fn read<T: DeserializeOwned>(xml: &str, format: &Format) -> Result<T, Error> {
+    let xml = prefix::canonical(xml.trim_start_matches('\u{feff}'), format)?;
+    SerdeXml::new()
+        .overlapping_sequences(true)
+        .from_str(&xml)
+        .map_err(|error| format.unreadable(error))
 }
 
 /// A `Vec` as an element that contains one element for each item.
@@ -95,6 +175,8 @@ macro_rules! list {
     };
 }
 
+pub(crate) use list;
+
 list!(units: Unit as "Unit");
 list!(simple_types: SimpleType as "SimpleType");
 list!(categories: Category as "Category");
@@ -122,7 +204,7 @@ pub(crate) struct RawSimpleType {
 
 /// An element without content.
 #[derive(Clone, Default, Serialize, Deserialize)]
-struct Empty {}
+pub(crate) struct Empty {}
 
 impl From<SimpleType> for RawSimpleType {
     fn from(simple: SimpleType) -> Self {
@@ -235,7 +317,7 @@ impl TryFrom<RawScalarVariable> for ScalarVariable {
     }
 }
 
-fn untyped(element: &str, name: &str) -> String {
+pub(crate) fn untyped(element: &str, name: &str) -> String {
     format!(
         "{element} \"{name}\": expected one of Real, Integer, Boolean, String, Enumeration, found none"
     )
