@@ -1,7 +1,7 @@
 //! The archive: unpacked to a temporary folder, its description read.
 
-mod text;
-mod unpack;
+pub(crate) mod text;
+pub(crate) mod unpack;
 mod uri;
 
 use crate::Error;

@@ -107,6 +107,28 @@ pub enum Error {
         /// The reason.
         source: model_description::Error,
     },
+    /// A system that cannot be, or not be held.
+    #[error("{path}: {what}: expected {expected}, found {found}")]
+    System {
+        /// The SSP.
+        path: PathBuf,
+        /// Where.
+        what: String,
+        /// What would fit.
+        expected: String,
+        /// What there is.
+        found: String,
+    },
+    /// A file of an SSP cannot be read or written.
+    #[error("{path}: {entry}: {source}")]
+    SystemFile {
+        /// The SSP.
+        path: PathBuf,
+        /// The file in it.
+        entry: String,
+        /// The reason.
+        source: model_description::Error,
+    },
     /// Not for co-simulation.
     #[error("{path}: expected an FMU for co-simulation, found one for model exchange only")]
     NotCoSimulation {

@@ -2,7 +2,8 @@
 //!
 //! [`Archive`] unpacks an FMU and reads its description, and [`Archive::inspect`] says what is in
 //! it and what is odd about it, without running its code; [`Fmu`] has its library loaded;
-//! [`Instance`] calls it; [`simulate()`] runs one from start to end, [`master`] several coupled.
+//! [`Instance`] calls it; [`simulate()`] runs one from start to end, [`master`] several coupled;
+//! [`ssp`] writes and reads systems of FMUs.
 //!
 //! ```no_run
 //! use fmi_import::{Error, Fmu, Plan, Step, Value, simulate};
@@ -49,6 +50,7 @@ mod library;
 mod log;
 pub mod master;
 mod simulate;
+pub mod ssp;
 
 pub use archive::Archive;
 pub use error::{Error, Status, nearest};

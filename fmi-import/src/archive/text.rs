@@ -2,7 +2,7 @@
 
 /// The text without its XML declaration, whose encoding no longer holds, and what was wrong with
 /// the encoding. The standard wants UTF-8 (FMI 2.0 §2.2).
-pub(super) fn decode(bytes: &[u8]) -> (String, Option<String>) {
+pub(crate) fn decode(bytes: &[u8]) -> (String, Option<String>) {
     let (text, oddity) = match bytes {
         [0xEF, 0xBB, 0xBF, rest @ ..] => utf_8(rest),
         [0xFF, 0xFE, rest @ ..] => utf_16(rest, u16::from_le_bytes),

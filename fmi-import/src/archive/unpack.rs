@@ -10,7 +10,7 @@ use zip::ZipArchive;
 use zip::read::ZipFile;
 
 /// How big an archive may be.
-pub(super) struct Limits {
+pub(crate) struct Limits {
     entries: usize,
     bytes: u64,
 }
@@ -27,17 +27,17 @@ impl Default for Limits {
 
 /// What came out of an archive.
 #[derive(Debug)]
-pub(super) struct Unpacked {
+pub(crate) struct Unpacked {
     /// Where; removed when dropped.
-    pub(super) folder: TempDir,
+    pub(crate) folder: TempDir,
     /// Names of the files, folders separated by `/`.
-    pub(super) files: Vec<String>,
+    pub(crate) files: Vec<String>,
     /// Names of the symbolic links, which are left out.
-    pub(super) links: Vec<String>,
+    pub(crate) links: Vec<String>,
 }
 
 /// Unpacks the archive at `path` into a folder of its own.
-pub(super) fn unpack(path: &Path, limits: &Limits) -> Result<Unpacked, Error> {
+pub(crate) fn unpack(path: &Path, limits: &Limits) -> Result<Unpacked, Error> {
     let no_file = |path: &Path, source| Error::File {
         path: path.to_owned(),
         source,
@@ -128,7 +128,7 @@ fn first_twin(path: &Path, start: u64) -> std::io::Result<Option<String>> {
 
 /// The name of an entry as a path below a folder; none for one that might lead out of it, on any
 /// operating system. Some tools write `\` for `/`.
-pub(super) fn inside(name: &str) -> Option<PathBuf> {
+pub(crate) fn inside(name: &str) -> Option<PathBuf> {
     if name.starts_with(['/', '\\']) || name.contains('\0') {
         return None;
     }
@@ -182,13 +182,13 @@ fn allow_execution(_file: &File) -> std::io::Result<()> {
 }
 
 #[cfg(test)]
-pub(super) mod tests {
+pub(crate) mod tests {
     use super::*;
     use std::io::Write;
     use zip::write::{SimpleFileOptions, ZipWriter};
 
     /// An archive of these entries; a name `x -> y` makes a symbolic link.
-    pub(in crate::archive) fn archive(entries: &[(&str, &str)]) -> (TempDir, PathBuf) {
+    pub(crate) fn archive(entries: &[(&str, &str)]) -> (TempDir, PathBuf) {
         let folder = tempfile::tempdir().expect("temporary folder");
         let path = folder.path().join("a b.fmu");
         let mut zip = ZipWriter::new(File::create(&path).expect("writable"));

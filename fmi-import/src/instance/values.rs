@@ -35,7 +35,7 @@ impl fmt::Display for Value {
 }
 
 impl Value {
-    fn type_name(&self) -> &'static str {
+    pub(crate) fn type_name(&self) -> &'static str {
         match self {
             Self::Real(_) => "Real",
             Self::Integer(_) => "Integer",

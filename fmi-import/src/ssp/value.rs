@@ -1,0 +1,203 @@
+//! Values of variables as parameters of SSP, and their units.
+
+use super::unfit;
+use crate::{Error, Value};
+use model_description::ssp::{ConnectorType, ParameterValue, Unit};
+use model_description::{
+    BaseUnit, Item, ModelDescription, ScalarVariable, TypeDefinition, VariableType,
+};
+use std::path::Path;
+
+/// The units an SSP document defines, gathered from FMUs.
+#[derive(Default)]
+pub(super) struct Units(pub(super) Vec<Unit>);
+
+impl Units {
+    /// The unit of `variable` where the document can say it: the FMU must define it in SI units,
+    /// and no other FMU otherwise. Left out, it is that of the variable all the same.
+    fn of(&mut self, description: &ModelDescription, variable: &ScalarVariable) -> Option<String> {
+        let name = unit(description, variable)?;
+        let base = base(description, name)?;
+        match self.0.iter().find(|known| known.name == name) {
+            Some(known) => (known.base == base).then(|| name.to_owned()),
+            None => {
+                self.0.push(Unit {
+                    name: name.to_owned(),
+                    base,
+                });
+                Some(name.to_owned())
+            }
+        }
+    }
+
+    /// The type of a connector to `variable`; none for an enumeration, whose definition stays
+    /// the FMU's affair.
+    pub(super) fn connector_type(
+        &mut self,
+        description: &ModelDescription,
+        variable: &ScalarVariable,
+    ) -> Option<ConnectorType> {
+        match &variable.variable_type {
+            VariableType::Real(_) => Some(ConnectorType::Real {
+                unit: self.of(description, variable),
+            }),
+            VariableType::Integer(_) => Some(ConnectorType::Integer),
+            VariableType::Boolean(_) => Some(ConnectorType::Boolean),
+            VariableType::String(_) => Some(ConnectorType::String),
+            VariableType::Enumeration(_) => None,
+        }
+    }
+
+    /// `value` of `variable` as a parameter.
+    pub(super) fn parameter(
+        &mut self,
+        description: &ModelDescription,
+        variable: &ScalarVariable,
+        value: &Value,
+        path: &Path,
+    ) -> Result<ParameterValue, Error> {
+        let what = || format!("start value of {}", variable.name);
+        Ok(match (&variable.variable_type, value) {
+            (VariableType::Real(_), Value::Real(value)) if value.is_finite() => {
+                ParameterValue::Real {
+                    value: *value,
+                    unit: self.of(description, variable),
+                }
+            }
+            (VariableType::Real(_), Value::Real(value)) => {
+                let expected = "a finite number";
+                return Err(unfit(path, what(), expected, value.to_string()));
+            }
+            (VariableType::Integer(_), Value::Integer(value)) => ParameterValue::Integer(*value),
+            (VariableType::Boolean(_), Value::Boolean(value)) => ParameterValue::Boolean(*value),
+            (VariableType::String(_), Value::String(value)) => {
+                ParameterValue::String(value.clone())
+            }
+            (VariableType::Enumeration(_), Value::Integer(value)) => {
+                let mut items = items(description, variable).iter();
+                let item = items.find(|item| item.value == *value);
+                let item = item
+                    .ok_or_else(|| unfit(path, what(), "one of its choices", value.to_string()))?;
+                ParameterValue::Enumeration {
+                    value: item.name.clone(),
+                    name: None,
+                }
+            }
+            (expected, value) => return Err(wrong(variable, expected.name(), value.type_name())),
+        })
+    }
+}
+
+/// The value of `variable` that a parameter gives, in the variable's unit; `units` are those of
+/// the parameter set.
+pub(super) fn value(
+    description: &ModelDescription,
+    variable: &ScalarVariable,
+    parameter: &ParameterValue,
+    units: &[Unit],
+    path: &Path,
+) -> Result<Value, Error> {
+    let found = match (&variable.variable_type, parameter) {
+        (VariableType::Real(_), ParameterValue::Real { value, unit: from }) => {
+            let to = unit(description, variable);
+            let (Some(from), Some(to)) = (from, to) else {
+                return Ok(Value::Real(*value));
+            };
+            let defined = units.iter().find(|unit| unit.name == *from);
+            return match (defined, base(description, to)) {
+                (Some(from), Some(to)) if same_dimension(&from.base, &to) => {
+                    Ok(Value::Real(convert(*value, &from.base, &to)))
+                }
+                (_, None) if from == to => Ok(Value::Real(*value)),
+                _ => {
+                    let what = format!("value of {}", variable.name);
+                    let expected = format!("a unit that converts to {to:?}");
+                    Err(unfit(path, what, &expected, format!("{from:?}")))
+                }
+            };
+        }
+        (VariableType::Integer(_), ParameterValue::Integer(value)) => {
+            return Ok(Value::Integer(*value));
+        }
+        (VariableType::Boolean(_), ParameterValue::Boolean(value)) => {
+            return Ok(Value::Boolean(*value));
+        }
+        (VariableType::String(_), ParameterValue::String(value)) => {
+            return Ok(Value::String(value.clone()));
+        }
+        (VariableType::Enumeration(_), ParameterValue::Enumeration { value, .. }) => {
+            let mut items = items(description, variable).iter();
+            return match items.find(|item| item.name == *value) {
+                Some(item) => Ok(Value::Integer(item.value)),
+                None => {
+                    let what = format!("value of {}", variable.name);
+                    let expected = "one of its choices";
+                    Err(unfit(path, what, expected, format!("{value:?}")))
+                }
+            };
+        }
+        (_, ParameterValue::Real { .. }) => "Real",
+        (_, ParameterValue::Integer(_)) => "Integer",
+        (_, ParameterValue::Boolean(_)) => "Boolean",
+        (_, ParameterValue::String(_)) => "String",
+        (_, ParameterValue::Enumeration { .. }) => "Enumeration",
+    };
+    Err(wrong(variable, variable.variable_type.name(), found))
+}
+
+fn wrong(variable: &ScalarVariable, expected: &'static str, found: &'static str) -> Error {
+    Error::WrongType {
+        name: variable.name.clone(),
+        expected,
+        found,
+    }
+}
+
+/// The unit of a `Real`, its own or its type's.
+fn unit<'a>(description: &'a ModelDescription, variable: &'a ScalarVariable) -> Option<&'a str> {
+    let VariableType::Real(real) = &variable.variable_type else {
+        return None;
+    };
+    let of_type = || match &description
+        .simple_type(real.declared_type.as_ref()?)?
+        .definition
+    {
+        TypeDefinition::Real(definition) => definition.unit.as_deref(),
+        _ => None,
+    };
+    real.unit.as_deref().or_else(of_type)
+}
+
+fn base(description: &ModelDescription, unit: &str) -> Option<BaseUnit> {
+    let mut units = description.units.iter();
+    units.find(|known| known.name == unit)?.base
+}
+
+/// The choices of an enumeration.
+fn items<'a>(description: &'a ModelDescription, variable: &ScalarVariable) -> &'a [Item] {
+    let VariableType::Enumeration(enumeration) = &variable.variable_type else {
+        return &[];
+    };
+    let declared = description.simple_type(&enumeration.declared_type);
+    match declared.map(|declared| &declared.definition) {
+        Some(TypeDefinition::Enumeration(definition)) => &definition.items,
+        _ => &[],
+    }
+}
+
+fn same_dimension(a: &BaseUnit, b: &BaseUnit) -> bool {
+    let exponents = |unit: &BaseUnit| BaseUnit {
+        factor: 1.0,
+        offset: 0.0,
+        ..*unit
+    };
+    exponents(a) == exponents(b)
+}
+
+/// Value in SI = factor · value + offset; a unit into itself leaves every bit.
+fn convert(value: f64, from: &BaseUnit, to: &BaseUnit) -> f64 {
+    if from == to {
+        return value;
+    }
+    (from.factor * value + from.offset - to.offset) / to.factor
+}
