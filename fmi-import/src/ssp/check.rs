@@ -20,19 +20,16 @@ impl Models {
         let mut of = Vec::new();
         for component in &system.components {
             let known = archives.iter().position(|a| a.path() == component.fmu);
-            of.push(match known {
-                Some(known) => known,
-                None => {
-                    let archive = Archive::open(&component.fmu)?;
-                    if archive.description().co_simulation.is_none() {
-                        return Err(Error::NotCoSimulation {
-                            path: component.fmu.clone(),
-                        });
-                    }
-                    archives.push(archive);
-                    archives.len() - 1
+            if known.is_none() {
+                let archive = Archive::open(&component.fmu)?;
+                if archive.description().co_simulation.is_none() {
+                    return Err(Error::NotCoSimulation {
+                        path: component.fmu.clone(),
+                    });
                 }
-            });
+                archives.push(archive);
+            }
+            of.push(known.unwrap_or_else(|| archives.len() - 1));
         }
         Ok(Self { archives, of })
     }

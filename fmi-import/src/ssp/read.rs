@@ -123,8 +123,11 @@ impl Files<'_> {
         system: &System,
         models: &Models,
     ) -> Result<Option<Connection>, Error> {
-        let start = port(&connection.start_element, &connection.start_connector);
-        let end = port(&connection.end_element, &connection.end_connector);
+        let start = port(
+            connection.start_element.as_ref(),
+            &connection.start_connector,
+        );
+        let end = port(connection.end_element.as_ref(), &connection.end_connector);
         let (start, end) = match (start, end) {
             (Ok(start), Ok(end)) => (start, end),
             (Err(own), _) | (_, Err(own)) => {
@@ -201,9 +204,9 @@ impl Files<'_> {
 }
 
 /// A component's connector; the name of the system's own where there is no component.
-fn port<'a>(element: &Option<String>, connector: &'a str) -> Result<Port, &'a str> {
+fn port<'a>(element: Option<&String>, connector: &'a str) -> Result<Port, &'a str> {
     Ok(Port {
-        component: element.clone().ok_or(connector)?,
+        component: element.ok_or(connector)?.clone(),
         variable: connector.to_owned(),
     })
 }

@@ -18,16 +18,14 @@ impl Units {
     fn of(&mut self, description: &ModelDescription, variable: &ScalarVariable) -> Option<String> {
         let name = unit(description, variable)?;
         let base = base(description, name)?;
-        match self.0.iter().find(|known| known.name == name) {
-            Some(known) => (known.base == base).then(|| name.to_owned()),
-            None => {
-                self.0.push(Unit {
-                    name: name.to_owned(),
-                    base,
-                });
-                Some(name.to_owned())
-            }
+        let unit = Unit {
+            name: name.to_owned(),
+            base,
+        };
+        if self.0.iter().all(|known| known.name != name) {
+            self.0.push(unit.clone());
         }
+        self.0.contains(&unit).then_some(unit.name)
     }
 
     /// The type of a connector to `variable`; none for an enumeration, whose definition stays
@@ -97,52 +95,35 @@ pub(super) fn value(
     units: &[Unit],
     path: &Path,
 ) -> Result<Value, Error> {
-    let found = match (&variable.variable_type, parameter) {
+    let refuse = |expected: &str, found: &str| {
+        let what = format!("value of {}", variable.name);
+        unfit(path, what, expected, format!("{found:?}"))
+    };
+    Ok(match (&variable.variable_type, parameter) {
         (VariableType::Real(_), ParameterValue::Real { value, unit: from }) => {
-            let to = unit(description, variable);
-            let (Some(from), Some(to)) = (from, to) else {
+            let (Some(from), Some(to)) = (from, unit(description, variable)) else {
                 return Ok(Value::Real(*value));
             };
             let defined = units.iter().find(|unit| unit.name == *from);
-            return match (defined, base(description, to)) {
+            match (defined, base(description, to)) {
                 (Some(from), Some(to)) if same_dimension(&from.base, &to) => {
-                    Ok(Value::Real(convert(*value, &from.base, &to)))
+                    Value::Real(convert(*value, &from.base, &to))
                 }
-                (_, None) if from == to => Ok(Value::Real(*value)),
-                _ => {
-                    let what = format!("value of {}", variable.name);
-                    let expected = format!("a unit that converts to {to:?}");
-                    Err(unfit(path, what, &expected, format!("{from:?}")))
-                }
-            };
+                (_, None) if from == to => Value::Real(*value),
+                _ => return Err(refuse(&format!("a unit that converts to {to:?}"), from)),
+            }
         }
-        (VariableType::Integer(_), ParameterValue::Integer(value)) => {
-            return Ok(Value::Integer(*value));
-        }
-        (VariableType::Boolean(_), ParameterValue::Boolean(value)) => {
-            return Ok(Value::Boolean(*value));
-        }
-        (VariableType::String(_), ParameterValue::String(value)) => {
-            return Ok(Value::String(value.clone()));
-        }
+        (VariableType::Integer(_), ParameterValue::Integer(value)) => Value::Integer(*value),
+        (VariableType::Boolean(_), ParameterValue::Boolean(value)) => Value::Boolean(*value),
+        (VariableType::String(_), ParameterValue::String(value)) => Value::String(value.clone()),
         (VariableType::Enumeration(_), ParameterValue::Enumeration { value, .. }) => {
             let mut items = items(description, variable).iter();
-            return match items.find(|item| item.name == *value) {
-                Some(item) => Ok(Value::Integer(item.value)),
-                None => {
-                    let what = format!("value of {}", variable.name);
-                    let expected = "one of its choices";
-                    Err(unfit(path, what, expected, format!("{value:?}")))
-                }
-            };
+            let item = items.find(|item| item.name == *value);
+            let item = item.ok_or_else(|| refuse("one of its choices", value))?;
+            Value::Integer(item.value)
         }
-        (_, ParameterValue::Real { .. }) => "Real",
-        (_, ParameterValue::Integer(_)) => "Integer",
-        (_, ParameterValue::Boolean(_)) => "Boolean",
-        (_, ParameterValue::String(_)) => "String",
-        (_, ParameterValue::Enumeration { .. }) => "Enumeration",
-    };
-    Err(wrong(variable, variable.variable_type.name(), found))
+        (expected, found) => return Err(wrong(variable, expected.name(), found.type_name())),
+    })
 }
 
 fn wrong(variable: &ScalarVariable, expected: &'static str, found: &'static str) -> Error {

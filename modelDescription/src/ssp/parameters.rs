@@ -113,3 +113,16 @@ pub enum ParameterValue {
         name: Option<String>,
     },
 }
+
+impl ParameterValue {
+    /// The name of the type as the standard spells it.
+    pub fn type_name(&self) -> &'static str {
+        match self {
+            Self::Real { .. } => "Real",
+            Self::Integer(_) => "Integer",
+            Self::Boolean(_) => "Boolean",
+            Self::String(_) => "String",
+            Self::Enumeration { .. } => "Enumeration",
+        }
+    }
+}
