@@ -103,7 +103,7 @@ def cosim(wobble, fmu, foreign, tmp_path_factory):
 
     def run(algorithm: str, step: str, controller_step: str) -> dict:
         command = [wobble, "cosim", "--plant", fmu, "--controller", foreign / "RollAssist.fmu"]
-        command += ["--set", "plant.roll_start=0.05", "--load", "20", "--algorithm", algorithm]
+        command += ["--set", "roll_start=0.05", "--load", "20", "--algorithm", algorithm]
         command += ["--step", step, "--controller-step", controller_step, "--stop", "5s", "-o", out]
         subprocess.run(command, check=True)
         return columns_of(out.read_text(encoding="utf-8"))
@@ -115,7 +115,9 @@ def cosim(wobble, fmu, foreign, tmp_path_factory):
 @pytest.mark.parametrize(("step", "every"), [(5, 1), (1, 1), (1, 5)])
 def test_wobble_couples_as_the_reference_does(members, cosim, algorithm, step, every):
     ours = cosim(algorithm, f"{step}ms", f"{step * every}ms")
-    theirs = couple(members(every=every), SWEEPS[algorithm], step * 1e-3, 5000 // step)
+    # the command has the controller step before the bicycle
+    controller_first = members(every=every)[::-1]
+    theirs = couple(controller_first, SWEEPS[algorithm], step * 1e-3, 5000 // step)
     assert len(ours["time"]) == len(theirs["time"])
     for name in ["time", *STATES]:
         # the same calls in the same order; points in time may differ in the last bit
