@@ -394,6 +394,21 @@ fn list(platforms: &[Platform]) -> String {
     names.join(", ")
 }
 
+impl Error {
+    /// No variable of `model` is called `name`; these are `known`.
+    pub(crate) fn unknown_variable<'a>(
+        model: &str,
+        name: &str,
+        known: impl IntoIterator<Item = &'a str>,
+    ) -> Self {
+        Self::UnknownVariable {
+            model: model.to_owned(),
+            name: name.to_owned(),
+            nearest: nearest(name, known),
+        }
+    }
+}
+
 /// Those of `known` that are most like `name`, best first: at most three, at least one.
 pub fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Vec<String> {
     let name = name.to_lowercase();

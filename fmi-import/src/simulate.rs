@@ -1,6 +1,5 @@
 //! One FMU from start to end with a fixed communication step.
 
-use crate::error::nearest;
 use crate::{Error, Fmu, Instance, LogLine, Step, Value};
 use model_description::{Causality, Initial, ScalarVariable, Variability, VariableType};
 
@@ -147,16 +146,11 @@ pub(crate) fn whole_steps(start: f64, stop: f64, step: f64) -> Result<u64, Error
 }
 
 fn variable<'a>(fmu: &'a Fmu, name: &str) -> Result<&'a ScalarVariable, Error> {
-    fmu.description()
-        .variable(name)
-        .ok_or_else(|| Error::UnknownVariable {
-            model: fmu.description().model_name.clone(),
-            name: name.to_owned(),
-            nearest: nearest(
-                name,
-                fmu.description().variables.iter().map(|v| v.name.as_str()),
-            ),
-        })
+    let d = fmu.description();
+    d.variable(name).ok_or_else(|| {
+        let known = d.variables.iter().map(|v| v.name.as_str());
+        Error::unknown_variable(&d.model_name, name, known)
+    })
 }
 
 /// The variables to set before the start, each with its value, found to be such.

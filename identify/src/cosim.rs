@@ -5,6 +5,7 @@
 //! known natively too, and a native participant `rider` takes part, who gives `speed` and
 //! `steer_torque`: following a course, with a remnant, or holding what the bicycle starts with.
 
+mod archive;
 mod coupling;
 mod derivatives;
 mod guard;
@@ -16,6 +17,7 @@ mod setup;
 mod study;
 mod wires;
 
+pub use archive::write_ssp;
 pub use coupling::{Begun, Coupling, Ran, Variation};
 pub use guard::{Hung, guarded};
 pub use modes::Modes;

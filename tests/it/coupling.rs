@@ -23,7 +23,11 @@ impl Damper {
             direction,
             kind: Kind::Real,
             unit: None,
-            depends_on: if direction == Direction::Output { vec![0] } else { vec![] },
+            depends_on: if direction == Direction::Output {
+                vec![0]
+            } else {
+                vec![]
+            },
             nominal: 1.0,
         };
         Self {
@@ -97,15 +101,24 @@ fn parameters() -> Parameters {
 
 fn starts(parameters: &Parameters) -> Vec<(String, Value)> {
     let rows = Parameters::TABLE.iter().zip(parameters.to_array());
-    rows.map(|(row, value)| (row.name.to_owned(), Value::Real(value))).collect()
+    rows.map(|(row, value)| (row.name.to_owned(), Value::Real(value)))
+        .collect()
 }
 
 fn coupled(plan: &Plan, turned: bool) -> Run {
     let (_folder, fmu) = packed();
     let plant = Foreign::new(&fmu, "plant", &starts(&parameters())).expect("an instance");
     let mut members = vec![
-        Member { name: "controller".into(), participant: Box::new(Damper::new(GAIN)), step: None },
-        Member { name: "plant".into(), participant: Box::new(plant), step: None },
+        Member {
+            name: "controller".into(),
+            participant: Box::new(Damper::new(GAIN)),
+            step: None,
+        },
+        Member {
+            name: "plant".into(),
+            participant: Box::new(plant),
+            step: None,
+        },
     ];
     if turned {
         members.reverse();
@@ -136,7 +149,8 @@ fn error(run: &Run) -> f64 {
         rider_roll_rate_gain: parameters().rider_roll_rate_gain + GAIN,
         ..parameters()
     };
-    let mut one = Simulation::new(&inlined, Formulation::default(), Input::default(), 0.0).expect("started");
+    let mut one =
+        Simulation::new(&inlined, Formulation::default(), Input::default(), 0.0).expect("started");
     let mut largest = 0.0_f64;
     let step = run.columns[0][1];
     let stride = (ROW / step).round() as usize;
@@ -151,7 +165,13 @@ fn error(run: &Run) -> f64 {
 fn the_coupled_bicycle_converges_to_the_one_with_the_controller_inlined() {
     for algorithm in [Algorithm::Jacobi, Algorithm::GaussSeidel] {
         let errors = [0.008, 0.004, 0.002, 0.001].map(|step| {
-            error(&coupled(&Plan { algorithm, ..plan(step) }, false))
+            error(&coupled(
+                &Plan {
+                    algorithm,
+                    ..plan(step)
+                },
+                false,
+            ))
         });
         for pair in errors.windows(2) {
             // the first power of the step, but for the second
@@ -164,9 +184,20 @@ fn the_coupled_bicycle_converges_to_the_one_with_the_controller_inlined() {
 #[test]
 fn within_a_tolerance_the_coupled_bicycle_is_the_one_with_the_controller_inlined() {
     for tolerance in [1e-2, 1e-3] {
-        let run = coupled(&Plan { tolerance: Some(tolerance), ..plan(ROW) }, false);
+        let run = coupled(
+            &Plan {
+                tolerance: Some(tolerance),
+                ..plan(ROW)
+            },
+            false,
+        );
         assert_eq!(run.columns[0].len(), 126);
-        assert!(error(&run) < tolerance, "{tolerance}: {} in {} steps", error(&run), run.steps);
+        assert!(
+            error(&run) < tolerance,
+            "{tolerance}: {} in {} steps",
+            error(&run),
+            run.steps
+        );
     }
 }
 

@@ -67,6 +67,9 @@ macro_rules! numbers {
             $(#[$doc])*
             pub fn $name(&mut self, references: &[u32], $values: $type) -> Result<(), Error> {
                 same_length(references.len(), $values.len())?;
+                if references.is_empty() {
+                    return Ok(());
+                }
                 self.core.call($function, |i| {
                     // SAFETY: the component is alive, both arrays have the length given.
                     unsafe {
@@ -83,6 +86,7 @@ macro_rules! numbers {
     };
 }
 
+/// Nothing to read or set is no call: some FMUs refuse it.
 impl Instance<'_> {
     numbers! {
         /// Reads `Real` variables into `values`, one for each value reference.
@@ -98,6 +102,9 @@ impl Instance<'_> {
     /// Reads `Boolean` variables into `values`.
     pub fn get_boolean(&mut self, references: &[u32], values: &mut [bool]) -> Result<(), Error> {
         same_length(references.len(), values.len())?;
+        if references.is_empty() {
+            return Ok(());
+        }
         let mut found = vec![fmi2False; values.len()];
         self.core.call("fmi2GetBoolean", |i| {
             // SAFETY: the component is alive, both arrays have the length given.
@@ -119,6 +126,9 @@ impl Instance<'_> {
     /// Reads `String` variables into `values`; bytes that are not UTF-8 are replaced.
     pub fn get_string(&mut self, references: &[u32], values: &mut [String]) -> Result<(), Error> {
         same_length(references.len(), values.len())?;
+        if references.is_empty() {
+            return Ok(());
+        }
         let mut found: Vec<fmi2String> = vec![null(); values.len()];
         self.core.call("fmi2GetString", |i| {
             // SAFETY: the component is alive, both arrays have the length given.
@@ -141,6 +151,9 @@ impl Instance<'_> {
     /// Sets `Boolean` variables.
     pub fn set_boolean(&mut self, references: &[u32], values: &[bool]) -> Result<(), Error> {
         same_length(references.len(), values.len())?;
+        if references.is_empty() {
+            return Ok(());
+        }
         let values: Vec<fmi2Boolean> = values.iter().map(|&value| value.into()).collect();
         self.core.call("fmi2SetBoolean", |i| {
             // SAFETY: the component is alive, both arrays have the length given.
@@ -158,6 +171,9 @@ impl Instance<'_> {
     /// Sets `String` variables.
     pub fn set_string(&mut self, references: &[u32], values: &[&str]) -> Result<(), Error> {
         same_length(references.len(), values.len())?;
+        if references.is_empty() {
+            return Ok(());
+        }
         let texts = c_texts("value", values)?;
         let pointers: Vec<fmi2String> = texts.iter().map(|text| text.as_ptr()).collect();
         self.core.call("fmi2SetString", |i| {

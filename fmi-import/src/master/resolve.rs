@@ -86,10 +86,9 @@ fn find<'m>(
 /// The number of the port of `model` called `name`.
 pub(super) fn port(model: &str, ports: &[Port], name: &str) -> Result<usize, Error> {
     let found = ports.iter().position(|port| port.name == name);
-    found.ok_or_else(|| Error::UnknownVariable {
-        model: model.to_owned(),
-        name: name.to_owned(),
-        nearest: nearest(name, ports.iter().map(|port| port.name.as_str())),
+    found.ok_or_else(|| {
+        let known = ports.iter().map(|port| port.name.as_str());
+        Error::unknown_variable(model, name, known)
     })
 }
 

@@ -27,8 +27,9 @@ pub struct Plan {
     pub step: f64,
     /// In which order.
     pub algorithm: Algorithm,
-    /// How far exchanged values may be off at the stop, in multiples of their nominal sizes: steps
-    /// are then cut as far as that needs. Every participant must be able to go back to a state.
+    /// How far steps may put exchanged values off within a second, in multiples of their nominal
+    /// sizes: steps are then cut as far as that needs. Every participant must be able to go back to
+    /// a state.
     pub tolerance: Option<f64>,
     /// Whether initial values travel before the first step; else that is made with the inputs'
     /// own start values, as some tools do.

@@ -3,8 +3,9 @@
 //! Ordinary Differential Equations I*, §II.4; for co-simulation Schierz, Arnold & Clauß 2012).
 //!
 //! Values held over a step make a method of first order: its error in a step of h is C h², that of
-//! two halves C h²/2, and so is the difference. What a step may add to the error is its share in
-//! the run, so the whole stays within the tolerance, unless the system itself amplifies errors.
+//! two halves C h²/2, and so is the difference. What steps may add to the error within [`MEMORY`] is
+//! the tolerance. So the error stays within it where the system forgets within that time, as one
+//! that a controller holds does; one that amplifies errors amplifies these too.
 
 use super::run::{Account, Points};
 use super::step::Ended;
@@ -12,6 +13,8 @@ use super::{End, Master, Plan};
 use crate::simulate::NEGLIGIBLE;
 use crate::{Error, Step};
 
+/// Time in which steps may add the tolerance to the error \[s\].
+const MEMORY: f64 = 1.0;
 /// Steps are cut no further than to this share of the plan's.
 const SHORTEST: f64 = 1e-6;
 /// Aimed at, of the error allowed.
@@ -68,7 +71,7 @@ impl Master<'_> {
         tolerance: f64,
         account: &mut Account,
     ) -> Result<End, Error> {
-        let allowed_rate = tolerance / (plan.stop_time - plan.start_time);
+        let allowed_rate = tolerance / MEMORY;
         let mut wanted = plan.step;
         let mut exchange = plan.initial_exchange;
         for n in 0..points.count {

@@ -55,9 +55,13 @@ impl Models {
                 unfit(path, format!("connection of {port}"), expected, found)
             })?;
         let variable = self.description(component).variable(&port.variable);
-        let variable = variable.ok_or_else(|| Error::UnknownVariable {
-            model: port.component.clone(),
-            name: port.variable.clone(),
+        let variable = variable.ok_or_else(|| {
+            let known = self
+                .description(component)
+                .variables
+                .iter()
+                .map(|v| v.name.as_str());
+            Error::unknown_variable(&port.component, &port.variable, known)
         })?;
         Ok((component, variable))
     }

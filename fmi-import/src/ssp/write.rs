@@ -196,9 +196,9 @@ fn parameters(system: &System, models: &Models, path: &Path) -> Result<Parameter
         let description = models.archives[*model].description();
         for (name, value) in &component.start_values {
             let variable = description.variable(name);
-            let variable = variable.ok_or_else(|| Error::UnknownVariable {
-                model: component.name.clone(),
-                name: name.clone(),
+            let variable = variable.ok_or_else(|| {
+                let known = description.variables.iter().map(|v| v.name.as_str());
+                Error::unknown_variable(&component.name, name, known)
             })?;
             parameters.push(Parameter {
                 name: format!("{}.{name}", component.name),

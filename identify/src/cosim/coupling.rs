@@ -7,13 +7,14 @@ use crate::bicycles::{Bicycle, Changes};
 use crate::course;
 use crate::error::{Error, Result};
 use crate::variable;
-use bicycle::Parameters;
 use bicycle::course::{LATERAL_OFFSET, Layout};
 use bicycle::rider::{Manner, Preview, Schedule};
+use bicycle::{Input, Parameters};
 use fmi_import::master::{
     Direction, Foreign, Master, Member, Participant, Plan, Port, Run, Terminal, Watch, by_name,
 };
 use fmi_import::{Archive, Fmu, Value, VariableRow};
+use std::path::PathBuf;
 use std::sync::Arc;
 
 /// How long a run is where nothing else says so [s].
@@ -33,6 +34,7 @@ pub struct Coupling {
 /// An FMU loaded, with its start values.
 pub(super) struct Opened {
     pub name: String,
+    pub file: PathBuf,
     pub fmu: Fmu,
     rows: Vec<VariableRow>,
     starts: Vec<(String, Value)>,
@@ -84,7 +86,7 @@ pub struct Ran {
 
 impl Coupling {
     /// Loads what was typed. What was done besides is told through `note`.
-    pub fn open(setup: &Setup, note: &mut dyn FnMut(String)) -> Result<Self> {
+    pub fn open(setup: &Setup, note: &mut dyn FnMut(&str)) -> Result<Self> {
         let mut fmus = Vec::new();
         let mut bicycle = None;
         let (of_members, of_plant) = sort(&setup.changes.set, &setup.fmus);
@@ -136,6 +138,7 @@ impl Coupling {
             };
             fmus.push(Opened {
                 name: typed.name.clone(),
+                file: typed.file.clone(),
                 fmu: Fmu::load(archive)?,
                 rows,
                 starts,
@@ -143,7 +146,7 @@ impl Coupling {
             });
         }
         if let Some(bicycle) = &mut bicycle {
-            bicycle.notes.drain(..).for_each(&mut *note);
+            bicycle.notes.drain(..).for_each(|words| note(&words));
         }
         let course = match (&setup.course, &bicycle) {
             (Some(name), Some(bicycle)) => {
@@ -297,6 +300,12 @@ impl Coupling {
             starts.extend(steps.map(|row| (row.name.clone(), Value::Real(0.0))));
         }
         starts
+    }
+
+    /// What a rider gives who does nothing but hold the start value of the plant's input `name`.
+    pub(super) fn held(&self, name: &str) -> f64 {
+        let input = self.bicycle.as_ref().map_or(Input::default(), |b| b.input);
+        Input::index(name).map_or(0.0, |index| input.get(index))
     }
 
     /// The plan, without anything to record.

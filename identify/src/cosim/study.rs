@@ -1,7 +1,7 @@
 //! What a controller is worth: the same rides without and with it, over trails and loads.
 
-use super::coupling::{Begun, Coupling, Ran, Variation};
 use super::PLANT;
+use super::coupling::{Begun, Coupling, Ran, Variation};
 use crate::assist::{self, Case, Fall, Pair, Ridden, Study};
 use crate::error::{Error, Result};
 use crate::ride::Ride;
@@ -46,11 +46,7 @@ impl Cases {
 }
 
 /// Rides every case without and with the controller.
-pub fn study(
-    coupling: &Coupling,
-    cases: &Cases,
-    begun: &mut dyn FnMut(Begun),
-) -> Result<Study> {
+pub fn study(coupling: &Coupling, cases: &Cases, begun: &mut dyn FnMut(Begun)) -> Result<Study> {
     let bicycle = coupling.bicycle.as_ref().ok_or(Error::Form {
         expected: "a participant `plant` with the rows of the bicycle's table",
         found: "none".into(),
@@ -93,7 +89,9 @@ pub fn study(
                 });
             }
             let mut modes = |without| {
-                let found = coupling.modes(&variation(coupling.seed(), without)).map_err(here)?;
+                let found = coupling
+                    .modes(&variation(coupling.seed(), without))
+                    .map_err(here)?;
                 Ok::<_, Error>(found.map(|(values, method)| {
                     if !found_by.contains(&method) {
                         found_by.push(method);
@@ -137,7 +135,9 @@ fn ridden(ran: Ran, step: f64) -> Result<Ridden> {
         End::Complete | End::Stopped => None,
         End::Early { member, time, log } if member == PLANT => Some(Fall {
             time,
-            why: log.last().map_or_else(String::new, |line| line.message.clone()),
+            why: log
+                .last()
+                .map_or_else(String::new, |line| line.message.clone()),
         }),
         End::Early { member, time, .. } => return Err(Error::EndedEarly { member, time }),
         End::Failed(error) => return Err(error.into()),

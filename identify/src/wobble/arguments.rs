@@ -1,9 +1,10 @@
 //! Arguments that several commands share, and what they mean.
 
 use anyhow::Result;
+use bicycle::Parameters;
 use bicycle::quantity::{HZ, S};
 use clap::Args;
-use identify::bicycles::{Bicycle, Changes};
+use identify::bicycles::{Bicycle, Changes, admit};
 use identify::csv::Import;
 use identify::error::{Error, Result as Typed};
 use identify::map::Map;
@@ -183,6 +184,14 @@ fn misnamed(cause: Error, flag: &str, name: &str) -> Error {
 pub fn quantity(flag: &str, text: &str, unit: bicycle::Unit) -> Typed<f64> {
     unit::parse(text, unit, flag.trim_start_matches('-'))
         .map_err(|cause| cause.typed(format!("{flag} {text}")))
+}
+
+/// Values of the parameter called `name` behind `flag`, each in its row's range.
+pub fn values(flag: &str, texts: &[String], name: &str) -> Typed<Vec<f64>> {
+    let row = &Parameters::TABLE[Parameters::index(name).expect("a row")];
+    let value = |text: &String| admit(row, unit::parse(text, row.unit, row.name)?);
+    let read = |text: &String| value(text).map_err(|e| e.typed(format!("{flag} {text}")));
+    texts.iter().map(read).collect()
 }
 
 /// `low:high` behind `flag` in SI.

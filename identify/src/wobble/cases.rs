@@ -1,14 +1,13 @@
 //! `wobble cases`: the study of the paper's section 3, and the same with loads on the carrier.
 
-use crate::arguments::BicycleArguments;
+use crate::arguments::{BicycleArguments, values};
 use crate::output::Output;
 use anyhow::{Context, Result};
-use bicycle::Parameters;
 use bicycle::cases::{self, Case, Course, Oscillation, Rearward};
 use clap::Args;
-use identify::bicycles::{Bicycle, admit};
-use identify::error::{Error, Result as Typed};
-use identify::{figure, file, unit};
+use identify::bicycles::Bicycle;
+use identify::error::Error;
+use identify::{figure, file};
 use serde_json::{Value, json};
 use std::fmt::Write as _;
 use std::path::PathBuf;
@@ -54,7 +53,7 @@ pub fn courses(bicycle: &Bicycle, of: &[Case]) -> Result<Vec<Course>> {
 impl Cases {
     pub fn run(&self) -> Result<()> {
         let of = match &self.loads {
-            Some(loads) => cases::loaded(&masses(loads)?),
+            Some(loads) => cases::loaded(&values("--loads", loads, "rear_load")?),
             None => cases::all().to_vec(),
         };
         if let Some(path) = self
@@ -93,14 +92,6 @@ impl Cases {
             || table(&found),
         )
     }
-}
-
-/// Loads as typed.
-fn masses(typed: &[String]) -> Typed<Vec<f64>> {
-    let row = &Parameters::TABLE[Parameters::index("rear_load").expect("a row")];
-    let mass = |text: &String| admit(row, unit::parse(text, row.unit, row.name)?);
-    let read = |text: &String| mass(text).map_err(|e| e.typed(format!("--loads {text}")));
-    typed.iter().map(read).collect()
 }
 
 /// Says what is odd about the loaded bicycle of a case, and refuses one that cannot be ridden.

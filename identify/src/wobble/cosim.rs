@@ -1,14 +1,20 @@
 //! The command cosim: the bicycle's FMU coupled with a controller, or with any FMUs.
 
-use crate::arguments::quantity;
+mod against;
+
+use crate::arguments::{SpectrumArguments, quantity};
 use crate::model::positive;
 use crate::output::{Output, Progress};
+use against::StudyArguments;
 use anyhow::{Result, bail};
 use bicycle::quantity::S;
 use clap::Args;
 use fmi_import::master::{End, Run};
+use identify::assist::Study;
 use identify::bicycles::Changes;
-use identify::cosim::{Coupling, Hung, PLANT, Ran, Setup, Typed, algorithm, guarded};
+use identify::cosim::{
+    Cases, Coupling, Hung, PLANT, RIDER, Ran, Setup, Typed, algorithm, guarded, study, write_ssp,
+};
 use identify::error::Error;
 use identify::trajectory;
 use serde_json::json;
@@ -68,7 +74,7 @@ pub struct Cosim {
     /// newest, the controller before the plant [default: jacobi]
     #[arg(long, value_name = "NAME")]
     algorithm: Option<String>,
-    /// Cut steps so that exchanged values are off by no more than this at the stop
+    /// Cut steps so that they put exchanged values off by no more than this within a second
     #[arg(long, value_name = "NUMBER", allow_hyphen_values = true)]
     tolerance: Option<f64>,
     /// Make the first step with the inputs' own start values, as fmpy's SSP simulation does
@@ -83,6 +89,13 @@ pub struct Cosim {
     /// Seed of the remnant
     #[arg(long, value_name = "NUMBER")]
     seed: Option<u64>,
+    #[command(flatten)]
+    study: StudyArguments,
+    /// Write what is coupled as an SSP archive, and do not run it
+    #[arg(long, value_name = "FILE")]
+    ssp: Option<PathBuf>,
+    #[command(flatten)]
+    spectrum: SpectrumArguments,
     /// How long an FMU may take for one call
     #[arg(long, value_name = "TIME", default_value = "10s")]
     timeout: String,
@@ -90,28 +103,50 @@ pub struct Cosim {
     output: Output,
 }
 
+/// What a guarded thread brings back.
+enum Done {
+    Ran(Ran),
+    Studied(Study),
+}
+
+fn tell(note: &str) {
+    eprintln!("note: {note}");
+}
+
 impl Cosim {
     pub fn run(&self) -> Result<()> {
         let setup = self.setup()?;
         let timeout = Duration::try_from_secs_f64(quantity("--timeout", &self.timeout, S)?)
             .map_err(|_| form("a time of 0 s or more", &self.timeout).typed("--timeout"))?;
+        let cases = self.study.cases(self.spectrum.recipe()?)?;
+        if let Some(path) = &self.ssp {
+            let coupling = Coupling::open(&setup, &mut tell)?;
+            write_ssp(&coupling, path)?;
+            eprintln!("wrote {}", path.display());
+            return Ok(());
+        }
         let progress = Progress::new();
         progress.say("loading");
-        let stop = setup.stop;
-        let ran = guarded(
+        let all = cases.as_ref().map_or(1, Cases::runs);
+        let done = guarded(
             timeout,
-            move |begun| -> Result<Ran, Error> {
-                let coupling = Coupling::open(&setup, &mut |note| eprintln!("note: {note}"))?;
-                coupling.run(&coupling.as_typed(), begun)
+            move |begun| -> Result<Done, Error> {
+                let mut coupling = Coupling::open(&setup, &mut tell)?;
+                let Some(cases) = cases else {
+                    let ran = coupling.run(&coupling.as_typed(), begun)?;
+                    return Ok(Done::Ran(ran));
+                };
+                against::excite(&mut coupling);
+                Ok(Done::Studied(study(&coupling, &cases, begun)?))
             },
-            |_, call| match stop {
-                Some(stop) => progress.say(&format!("{:.3} of {stop} s", call.time)),
-                None => progress.say(&format!("{:.3} s", call.time)),
-            },
+            |runs, call| progress.say(&format!("ride {runs} of {all}, {:.2} s", call.time)),
         );
         drop(progress);
-        match ran {
-            Ok(ran) => self.write(ran?),
+        match done {
+            Ok(done) => match done? {
+                Done::Ran(ran) => self.write(ran),
+                Done::Studied(study) => self.study.write(&study, &self.output),
+            },
             Err(hung) => self.write_hung(&hung),
         }
     }
@@ -172,7 +207,8 @@ impl Cosim {
 
     /// Writes what was recorded, then says how the run ended.
     fn write(&self, ran: Ran) -> Result<()> {
-        for connection in &ran.connections {
+        let with_rider = |words: &&String| words.contains(&format!("{RIDER}."));
+        for connection in ran.connections.iter().filter(|words| !with_rider(words)) {
             eprintln!("{connection}");
         }
         for ring in &ran.loops {

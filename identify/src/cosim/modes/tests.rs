@@ -1,6 +1,7 @@
 use super::*;
 use crate::bicycles::Changes;
 use crate::cosim::{Setup, Typed};
+use ::bicycle::State;
 use tempfile::TempDir;
 
 /// The bicycle's FMU alone.
@@ -42,8 +43,9 @@ fn derivatives_and_pulses_find_the_same_eigenvalues_and_those_of_the_native_mode
         let variation = coupling.as_typed();
         let bicycle = coupling.bicycle.as_ref().expect("ours");
         let speed = bicycle.input.speed;
-        let native = linear::linearize(&bicycle.parameters, bicycle.formulation, speed);
-        let native = slow(linear::eigenvalues(&native.a));
+        let model = bicycle::Bicycle::new(&bicycle.parameters, bicycle.formulation);
+        let (native, _) = linear::state_equations(&model, &State::default(), &bicycle.input);
+        let native = slow(linear::eigenvalues(&native));
         let by_derivatives = coupling.by_derivatives(&variation).expect("ran");
         let by_derivatives = by_derivatives.expect("declared");
         assert_eq!(by_derivatives.len(), states, "{formulation}");
@@ -55,7 +57,10 @@ fn derivatives_and_pulses_find_the_same_eigenvalues_and_those_of_the_native_mode
         let by_pulses = slow(by_pulses);
         for (n, value) in native.iter().enumerate() {
             let derived = (by_derivatives[n] - value).norm() / value.norm();
-            assert!(derived < 1e-7, "{formulation}: {by_derivatives:?} {native:?}");
+            assert!(
+                derived < 1e-7,
+                "{formulation}: {by_derivatives:?} {native:?}"
+            );
             // found from differences of answers with some ten digits
             let pulsed = (by_pulses[n] - value).norm() / value.norm();
             assert!(pulsed < 1e-3, "{formulation}: {by_pulses:?} {native:?}");
@@ -65,7 +70,12 @@ fn derivatives_and_pulses_find_the_same_eigenvalues_and_those_of_the_native_mode
 
 #[test]
 fn a_bicycle_that_nobody_rides_has_a_growing_mode() {
-    let gains = ["rider_roll_gain", "rider_roll_rate_gain", "rider_steer_gain", "rider_steer_rate_gain"];
+    let gains = [
+        "rider_roll_gain",
+        "rider_roll_rate_gain",
+        "rider_steer_gain",
+        "rider_steer_rate_gain",
+    ];
     let (_folder, coupling) = alone(Changes {
         set: gains.map(|gain| format!("{gain}=0")).into(),
         ..Changes::default()

@@ -1,0 +1,92 @@
+//! What the controller is worth: `wobble cosim --against none`.
+
+use crate::arguments::values;
+use crate::output::Output;
+use anyhow::Result;
+use clap::Args;
+use identify::cosim::{Cases, Coupling};
+use identify::spectrum::Recipe;
+use identify::{assist, file};
+use std::path::PathBuf;
+
+/// What the rides with the controller are held against, and which.
+#[derive(Args)]
+pub struct StudyArguments {
+    /// Ride every trail and load without and with the controller, and say what it is worth
+    #[arg(long, value_name = "none", value_parser = ["none"], conflicts_with = "ssp")]
+    against: Option<String>,
+    /// Trails of the study [default: .13,.085,-.035]
+    #[arg(
+        long,
+        value_name = "LENGTHS",
+        value_delimiter = ',',
+        requires = "against",
+        allow_hyphen_values = true
+    )]
+    trails: Option<Vec<String>>,
+    /// Loads of the study [default: 0,10kg,20kg,30kg]
+    #[arg(
+        long,
+        value_name = "MASSES",
+        value_delimiter = ',',
+        requires = "against",
+        allow_hyphen_values = true
+    )]
+    loads: Option<Vec<String>>,
+    /// Rides of each case, each with a seed of its own [default: 4]
+    #[arg(long, value_name = "NUMBER", requires = "against", value_parser = clap::value_parser!(u64).range(1..=1000))]
+    rides: Option<u64>,
+    /// Write the study as an HTML page with figures
+    #[arg(long, value_name = "FILE", requires = "against")]
+    report: Option<PathBuf>,
+}
+
+impl StudyArguments {
+    /// The cases asked for, if a study is.
+    pub fn cases(&self, recipe: Recipe) -> Result<Option<Cases>> {
+        if self.against.is_none() {
+            return Ok(None);
+        }
+        let default = Cases::default();
+        Ok(Some(Cases {
+            trails: match &self.trails {
+                Some(texts) => values("--trails", texts, "trail")?,
+                None => default.trails,
+            },
+            loads: match &self.loads {
+                Some(texts) => values("--loads", texts, "rear_load")?,
+                None => default.loads,
+            },
+            rides: self.rides.unwrap_or(default.rides),
+            recipe,
+            ..default
+        }))
+    }
+
+    /// Writes a study: the table, JSON, the page.
+    pub fn write(&self, study: &assist::Study, output: &Output) -> Result<()> {
+        if let Some(path) = &self.report {
+            let words: Vec<String> = std::env::args().collect();
+            file::write(path, assist::html(study, &words.join(" ")))?;
+            eprintln!("wrote {}", path.display());
+        }
+        for line in assist::headline(study) {
+            eprintln!("{line}");
+        }
+        output.json_or(study, || assist::table(study))
+    }
+}
+
+/// Something to ride for, where nothing was asked for that excites the bicycle.
+pub fn excite(coupling: &mut Coupling) {
+    let course = coupling.has_course();
+    if let Some(bicycle) = coupling.bicycle.as_mut().filter(|_| !course)
+        && bicycle.excitation.remnant_intensity == 0.0
+    {
+        bicycle.excitation.remnant_intensity = REMNANT;
+        eprintln!("note: remnant_intensity = {REMNANT} N.m: nothing else excites the bicycle");
+    }
+}
+
+/// Remnant of a ride in which nothing else was asked for [N m rms]: some 3° of steering.
+const REMNANT: f64 = 1.2;
