@@ -13,7 +13,7 @@ use plotters::series::LineSeries;
 use plotters::style::{Color, RGBColor};
 
 /// Height of a panel without its labels [px].
-const HEIGHT: f64 = 130.0;
+const HEIGHT: f64 = 112.0;
 
 /// Height of the labels above them, apart from the legend [px].
 const HEADS: f64 = 1.5 * LINE;
