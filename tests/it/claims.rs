@@ -1,8 +1,6 @@
 //! What the paper's section 3.2 claims of its nine simulations, and what they give.
 
-#[path = "../../bicycle/tests/it/marked.rs"]
-mod marked;
-
+use crate::marked;
 use bicycle::Formulation;
 use bicycle::cases::{self, Course, Oscillation, Rearward};
 use bicycle::simulate::Stop;

@@ -3,8 +3,11 @@
 mod cases;
 mod claims;
 mod coupling;
+mod controllers;
 mod fmu;
 mod fuzz;
+#[path = "../../bicycle/tests/it/marked.rs"]
+mod marked;
 mod packing;
 mod program;
 mod readme;

@@ -8,6 +8,9 @@ use fmi_export::serde::{Deserialize, Serialize};
 /// More ticks in one communication step would not end in reasonable time.
 const MOST_TICKS: f64 = 1e8;
 
+/// Who wants less [N m] wants nothing: a bicycle at rest is no fault.
+const NOTHING: f64 = 0.01;
+
 /// The rows that every assist has; what they mean is said there.
 #[derive(Clone, Copy, Debug)]
 pub struct Settings {
@@ -62,9 +65,9 @@ impl<M: Copy + Default + PartialEq> Drive<M> {
     }
 
     /// Goes on from `t` to `t + h` [s] with the inputs as they are. At every tick `law` is given the
-    /// torque of the motor and says which it wants [N m], or nothing where the inputs are no
-    /// numbers. No number, or sensors that say the same for longer than the stale time while the law
-    /// wants something, is a fault: the motor is then asked for 0, until there are live numbers.
+    /// torque of the motor and says which it wants [N m], or `None` where the inputs are no numbers.
+    /// That, or sensors that say the same for longer than the stale time while the law wants a
+    /// torque, is a fault: the motor is then asked for 0, until there are live numbers again.
     pub fn run(
         &mut self,
         s: &Settings,
@@ -90,7 +93,7 @@ impl<M: Copy + Default + PartialEq> Drive<M> {
             self.last = measured;
             let demand = law(self.motor.torque).filter(|demand| demand.is_finite());
             let stale = f64::from(self.unchanged) * s.sample_time > s.stale_time;
-            self.fault = demand.is_none_or(|demand| stale && demand != 0.0);
+            self.fault = demand.is_none_or(|demand| stale && demand.abs() > NOTHING);
             let granted = demand.filter(|_| !self.fault).unwrap_or(0.0);
             self.motor.command(granted, s);
         }

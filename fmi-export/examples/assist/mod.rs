@@ -20,10 +20,10 @@ macro_rules! variables {
                 $($own)*
                 sample_time: f64 = 0.005, Parameter Fixed, unit "s", in [1e-4, 0.1], "Sampling period of sensors and law, counted from the start time";
                 dead_time: f64 = 0.005, Parameter Fixed, unit "s", in [0.0, 0.1], "Dead time from sample to motor, a multiple of sample_time, of which it can be 16 at most";
-                torque_limit: f64 = 8.0, Parameter Tunable, unit "N.m", in [0.0, 100.0], "Largest torque asked of the motor";
+                torque_limit: f64 = 3.0, Parameter Tunable, unit "N.m", in [0.0, 100.0], "Largest torque asked of the motor; 3 N m are less than a hand on the bar has";
                 torque_rate_limit: f64 = 200.0, Parameter Tunable, unit "N.m/s", in [0.1, 1e5], "Fastest change of the torque asked of the motor, also on its way to 0 after a fault";
                 motor_time_constant: f64 = 0.01, Parameter Tunable, unit "s", in [0.0, 1.0], "Time constant of the motor's torque, 0 at once";
-                stale_time: f64 = 0.1, Parameter Tunable, unit "s", in [0.001, 10.0], "How long the sensors may say the same, to the last bit, while they call for a torque";
+                stale_time: f64 = 0.1, Parameter Tunable, unit "s", in [0.001, 10.0], "How long the sensors may say the same, to the last bit, while the law wants a torque";
                 assist_torque: f64 = 0.0, Output Continuous, unit "N.m", "Torque of the motor on the fork, left positive";
                 fault: bool = false, Output Discrete, "Whether the sensors say nothing: no numbers, or for too long the same";
                 time: f64 = 0.0, Independent Continuous, unit "s", "Time";

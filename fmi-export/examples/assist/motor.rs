@@ -100,7 +100,7 @@ mod tests {
     fn the_dead_time_is_so_many_ticks() {
         for samples in [0, 1, 3, 16] {
             let s = Settings {
-                dead_time: samples as f64 * SETTINGS.sample_time,
+                dead_time: f64::from(samples) * SETTINGS.sample_time,
                 ..SETTINGS
             };
             let mut motor = Motor::default();

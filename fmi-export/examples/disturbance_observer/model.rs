@@ -21,7 +21,7 @@ assist::variables! {
         assist_gain: f64 = 1.0, Parameter Tunable, in [-0.95, 3.0], "Share α of the estimated torque that the motor adds: above 0 it helps, below 0 it resists";
         nominal_inertia: f64 = 0.25, Parameter Tunable, unit "kg.m2", in [0.0, 2.0], "Inertia J of the fork about the steer axis";
         nominal_friction: f64 = 0.0, Parameter Tunable, unit "N.m.s/rad", in [0.0, 10.0], "Viscous friction c of the steering; with 0 friction is a part of the estimate";
-        observer_bandwidth: f64 = 4.0, Parameter Tunable, unit "Hz", in [0.1, 50.0], "Corner frequency ω/2π of the filter Q";
+        observer_bandwidth: f64 = 3.0, Parameter Tunable, unit "Hz", in [0.1, 50.0], "Corner frequency ω/2π of the filter Q";
         observer_damping: f64 = 1.4, Parameter Tunable, in [0.3, 3.0], "Damping ratio ζ of the filter Q";
         steer_resolution: f64 = TAU / 4096.0, Parameter Tunable, unit "rad", in [0.0, 0.1], "Resolution of the steer encoder, 0 perfect";
         estimated_torque: f64 = 0.0, Local Continuous, unit "N.m", "Torque τ̂ of rider and road on the fork, left positive";
