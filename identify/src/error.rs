@@ -461,6 +461,16 @@ impl Error {
                 | Self::Band { .. }
                 | Self::LineFrequency { .. }
                 | Self::Bounds { .. }
+                | Self::SampleTime { .. }
+                | Self::Fmu(
+                    fmi_import::Error::Connection { .. }
+                        | fmi_import::Error::TwoSources { .. }
+                        | fmi_import::Error::UnknownMember { .. }
+                        | fmi_import::Error::UnknownVariable { .. }
+                        | fmi_import::Error::OwnStep { .. }
+                        | fmi_import::Error::Untolerant { .. }
+                        | fmi_import::Error::Plan { .. }
+                )
         )
     }
 }

@@ -1,6 +1,6 @@
 """The examples of fmi-export, packed from their golden descriptions.
 
-EXAMPLES names the folder with Dahlquist.fmu and VanDerPol.fmu.
+EXAMPLES names the folder with an FMU of each.
 """
 
 import math
@@ -16,7 +16,7 @@ from fmpy.validation import validate_fmu
 from lxml import etree
 from slave import Slave
 
-NAMES = ["Dahlquist", "VanDerPol"]
+NAMES = ["Dahlquist", "VanDerPol", "DisturbanceObserver", "RollAssist"]
 
 
 @pytest.fixture(scope="module")

@@ -2,8 +2,9 @@
 
 mod cases;
 mod claims;
-mod coupling;
 mod controllers;
+mod cosim;
+mod coupling;
 mod fmu;
 mod fuzz;
 #[path = "../../bicycle/tests/it/marked.rs"]

@@ -1,6 +1,6 @@
 //! The README's commands do what they say.
 
-use crate::wobble::wobble;
+use crate::wobble::{pack_example, wobble};
 use std::path::Path;
 
 #[test]
@@ -11,6 +11,8 @@ fn every_wobble_line_of_the_readme_runs() {
     let mut calls = 0;
     // the first command of the README, by another spelling
     assert_eq!(wobble(folder.path(), "demo").code, 0);
+    // and one that cargo has a part in
+    pack_example(folder.path(), "roll_assist", "RollAssist.fmu");
     for line in text
         .lines()
         .filter_map(|line| line.trim().strip_prefix("wobble "))

@@ -38,6 +38,29 @@ pub fn wobble(folder: &Path, arguments: &str) -> Called {
     }
 }
 
+/// Packs an example of fmi-export, such as `roll_assist`, as `out` in `folder`.
+pub fn pack_example(folder: &Path, name: &str, out: &str) {
+    let program = program();
+    let profile = program.parent().expect("target/PROFILE");
+    let (prefix, suffix) = (std::env::consts::DLL_PREFIX, std::env::consts::DLL_SUFFIX);
+    let library = profile.join(format!("examples/{prefix}{name}{suffix}"));
+    assert!(
+        library.is_file(),
+        "no library at {}: `cargo build -p fmi-export --examples` first",
+        library.display()
+    );
+    let description = Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("../fmi-export/examples")
+        .join(format!("{name}.xml"));
+    let call = format!(
+        "fmu --description {} --library {} -o {out}",
+        description.display(),
+        library.display()
+    );
+    let packed = wobble(folder, &call);
+    assert_eq!(packed.code, 0, "{}", packed.err);
+}
+
 /// Calls and expects success; gives stdout as JSON.
 pub fn json(folder: &Path, arguments: &str) -> serde_json::Value {
     let called = wobble(folder, arguments);
