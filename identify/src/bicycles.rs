@@ -12,6 +12,7 @@
 //! `law_in_loop`, `description`, `source`. Values are numbers in SI or texts with a unit. A row
 //! that is not given has its nominal value.
 
+mod export;
 #[cfg(test)]
 mod tests;
 mod written;

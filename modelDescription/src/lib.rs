@@ -144,6 +144,31 @@ impl ModelDescription {
     pub fn simple_type(&self, name: &str) -> Option<&SimpleType> {
         self.types.iter().find(|simple| simple.name == name)
     }
+
+    /// The unit of a `Real`, its own or else its type's, as this description defines it.
+    pub fn unit(&self, variable: &ScalarVariable) -> Option<&Unit> {
+        let VariableType::Real(real) = &variable.variable_type else {
+            return None;
+        };
+        let of_type = || match &self.simple_type(real.declared_type.as_ref()?)?.definition {
+            TypeDefinition::Real(definition) => definition.unit.as_ref(),
+            _ => None,
+        };
+        let name = real.unit.as_ref().or_else(of_type)?;
+        self.units.iter().find(|unit| unit.name == *name)
+    }
+
+    /// The choices of an `Enumeration`; none of any other type.
+    pub fn choices(&self, variable: &ScalarVariable) -> &[Item] {
+        let VariableType::Enumeration(enumeration) = &variable.variable_type else {
+            return &[];
+        };
+        let declared = self.simple_type(&enumeration.declared_type);
+        match declared.map(|declared| &declared.definition) {
+            Some(TypeDefinition::Enumeration(definition)) => &definition.items,
+            _ => &[],
+        }
+    }
 }
 
 /// How variable names are formed (FMI 2.0 §2.2.9).

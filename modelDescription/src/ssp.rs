@@ -247,6 +247,16 @@ pub struct Unit {
     pub base: BaseUnit,
 }
 
+impl Unit {
+    /// A unit of FMI, where it is defined in SI units.
+    pub fn of(unit: &crate::Unit) -> Option<Self> {
+        Some(Self {
+            name: unit.name.clone(),
+            base: unit.base?,
+        })
+    }
+}
+
 /// The names of an enumeration.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Enumeration {

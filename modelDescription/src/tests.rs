@@ -63,7 +63,7 @@ fn parameters() -> Vec<ScalarVariable> {
 }
 
 /// One of everything.
-fn cart() -> ModelDescription {
+pub(crate) fn cart() -> ModelDescription {
     let mut speed = real("speed", 0, Causality::Input);
     speed.variable_type = VariableType::Real(RealVariable {
         unit: Some("m/s".to_owned()),

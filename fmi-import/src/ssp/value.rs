@@ -3,9 +3,7 @@
 use super::unfit;
 use crate::{Error, Value};
 use model_description::ssp::{ConnectorType, ParameterValue, Unit};
-use model_description::{
-    BaseUnit, Item, ModelDescription, ScalarVariable, TypeDefinition, VariableType,
-};
+use model_description::{BaseUnit, ModelDescription, ScalarVariable, VariableType};
 use std::path::Path;
 
 /// The units an SSP document defines, gathered from FMUs.
@@ -16,13 +14,8 @@ impl Units {
     /// The unit of `variable` where the document can say it: the FMU must define it in SI units,
     /// and no other FMU otherwise. Left out, it is that of the variable all the same.
     fn of(&mut self, description: &ModelDescription, variable: &ScalarVariable) -> Option<String> {
-        let name = unit(description, variable)?;
-        let base = base(description, name)?;
-        let unit = Unit {
-            name: name.to_owned(),
-            base,
-        };
-        if self.0.iter().all(|known| known.name != name) {
+        let unit = Unit::of(description.unit(variable)?)?;
+        if self.0.iter().all(|known| known.name != unit.name) {
             self.0.push(unit.clone());
         }
         self.0.contains(&unit).then_some(unit.name)
@@ -72,7 +65,7 @@ impl Units {
                 ParameterValue::String(value.clone())
             }
             (VariableType::Enumeration(_), Value::Integer(value)) => {
-                let mut items = items(description, variable).iter();
+                let mut items = description.choices(variable).iter();
                 let item = items.find(|item| item.value == *value);
                 let item = item
                     .ok_or_else(|| unfit(path, what(), "one of its choices", value.to_string()))?;
@@ -101,23 +94,26 @@ pub(super) fn value(
     };
     Ok(match (&variable.variable_type, parameter) {
         (VariableType::Real(_), ParameterValue::Real { value, unit: from }) => {
-            let (Some(from), Some(to)) = (from, unit(description, variable)) else {
+            let (Some(from), Some(to)) = (from, description.unit(variable)) else {
                 return Ok(Value::Real(*value));
             };
             let defined = units.iter().find(|unit| unit.name == *from);
-            match (defined, base(description, to)) {
-                (Some(from), Some(to)) if same_dimension(&from.base, &to) => {
-                    Value::Real(convert(*value, &from.base, &to))
+            match (defined, &to.base) {
+                (Some(from), Some(to)) if same_dimension(&from.base, to) => {
+                    Value::Real(convert(*value, &from.base, to))
                 }
-                (_, None) if from == to => Value::Real(*value),
-                _ => return Err(refuse(&format!("a unit that converts to {to:?}"), from)),
+                (_, None) if *from == to.name => Value::Real(*value),
+                _ => {
+                    let expected = format!("a unit that converts to {:?}", to.name);
+                    return Err(refuse(&expected, from));
+                }
             }
         }
         (VariableType::Integer(_), ParameterValue::Integer(value)) => Value::Integer(*value),
         (VariableType::Boolean(_), ParameterValue::Boolean(value)) => Value::Boolean(*value),
         (VariableType::String(_), ParameterValue::String(value)) => Value::String(value.clone()),
         (VariableType::Enumeration(_), ParameterValue::Enumeration { value, .. }) => {
-            let mut items = items(description, variable).iter();
+            let mut items = description.choices(variable).iter();
             let item = items.find(|item| item.name == *value);
             let item = item.ok_or_else(|| refuse("one of its choices", value))?;
             Value::Integer(item.value)
@@ -131,38 +127,6 @@ fn wrong(variable: &ScalarVariable, expected: &'static str, found: &'static str)
         name: variable.name.clone(),
         expected,
         found,
-    }
-}
-
-/// The unit of a `Real`, its own or its type's.
-fn unit<'a>(description: &'a ModelDescription, variable: &'a ScalarVariable) -> Option<&'a str> {
-    let VariableType::Real(real) = &variable.variable_type else {
-        return None;
-    };
-    let of_type = || match &description
-        .simple_type(real.declared_type.as_ref()?)?
-        .definition
-    {
-        TypeDefinition::Real(definition) => definition.unit.as_deref(),
-        _ => None,
-    };
-    real.unit.as_deref().or_else(of_type)
-}
-
-fn base(description: &ModelDescription, unit: &str) -> Option<BaseUnit> {
-    let mut units = description.units.iter();
-    units.find(|known| known.name == unit)?.base
-}
-
-/// The choices of an enumeration.
-fn items<'a>(description: &'a ModelDescription, variable: &ScalarVariable) -> &'a [Item] {
-    let VariableType::Enumeration(enumeration) = &variable.variable_type else {
-        return &[];
-    };
-    let declared = description.simple_type(&enumeration.declared_type);
-    match declared.map(|declared| &declared.definition) {
-        Some(TypeDefinition::Enumeration(definition)) => &definition.items,
-        _ => &[],
     }
 }
 

@@ -3,16 +3,13 @@
 mod library;
 
 use crate::arguments::BicycleArguments;
+use crate::fitted;
 use crate::output::Output;
 use anyhow::{Context, Result, bail};
-use bicycle::{Excitation, Input};
 use clap::Args;
 use fmi_import::model_description::Platform;
 use fmi_import::{Error as Refusal, Fmu as Loaded, LogLine};
 use fmu::{Library, Package, Starts};
-use identify::bicycles::{Bicycle, formulation};
-use identify::run::Run;
-use identify::verdict::Verdict;
 use serde_json::json;
 use std::path::{Path, PathBuf};
 
@@ -78,26 +75,9 @@ impl Fmu {
 
     /// What the bicycle starts from.
     fn starts(&self) -> Result<Starts> {
-        let bicycle = match &self.parameters {
-            Some(path) => {
-                let mut bicycle = fitted(&Run::read(path)?)?;
-                self.bicycle.change(&mut bicycle)?;
-                bicycle
-            }
-            None => self.bicycle.open()?,
-        };
-        let excitation = Excitation::TABLE.iter().zip(bicycle.excitation.to_array());
-        for (row, value) in excitation.filter(|(row, value)| row.nominal != *value) {
-            eprintln!(
-                "note: {} = {value} {} does not travel: the FMU excites nothing itself",
-                row.name, row.unit.symbol
-            );
-        }
-        Ok(Starts {
-            parameters: bicycle.parameters,
-            formulation: bicycle.formulation,
-            input: bicycle.input,
-        })
+        let bicycle = fitted::open(self.parameters.as_deref(), &self.bicycle)?;
+        fitted::tell_excitation(&bicycle, "the FMU excites nothing itself");
+        Ok(fitted::starts(&bicycle))
     }
 
     fn tell(&self, package: &Package, found: &[Library], out: &Path) -> Result<()> {
@@ -135,39 +115,6 @@ impl Fmu {
         });
         output.json_or(&json, String::new)
     }
-}
-
-/// The bicycle that a fit found.
-fn fitted(run: &Run) -> Result<Bicycle> {
-    let found = run.fitted()?;
-    for estimate in &run.fit.parameters {
-        if estimate.verdict == Verdict::NotDetermined {
-            eprintln!(
-                "warning: {} = {} was not determined by the fit, and travels all the same",
-                estimate.name, estimate.value
-            );
-        }
-    }
-    if run.fit.estimate("effective_damping").is_some() {
-        eprintln!("note: effective_damping travels as viscous_friction, coulomb_friction is 0");
-    }
-    Ok(Bicycle {
-        name: run.start.bicycle.clone(),
-        description: String::new(),
-        source: run.program.clone(),
-        parameters: run.as_simulated(&found),
-        excitation: Excitation {
-            effective_damping: Excitation::default().effective_damping,
-            ..found.excitation
-        },
-        input: Input {
-            speed: run.start.speed,
-            ..Input::default()
-        },
-        formulation: formulation(&run.start.formulation)?,
-        law_in_loop: run.start.law_in_loop,
-        notes: Vec::new(),
-    })
 }
 
 /// The files below `folder`, as paths below `name`.

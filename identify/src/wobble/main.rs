@@ -8,6 +8,7 @@ mod cases;
 mod cosim;
 mod course;
 mod demo;
+mod fitted;
 mod fitting;
 mod fmu;
 mod foreign;

@@ -2,34 +2,76 @@
 
 use crate::arguments::{BicycleArguments, quantity};
 use crate::course::CourseArguments;
+use crate::fitted;
 use crate::foreign;
 use crate::output::{Output, Progress};
 use anyhow::Result;
 use bicycle::quantity::{HZ, N_M, S, Variability};
 use bicycle::{Excitation, Formulation, Input, Parameters, Quantity};
 use clap::Args;
-use identify::bicycles::Bicycle;
+use fmi_import::model_description::ssp::ParameterSet;
+use identify::bicycles::{Bicycle, Changes};
 use identify::error::Error;
+use identify::file;
 use identify::synthesis::{SensorNoise, Synthesis, TorqueLine};
 use identify::trajectory::{self, Settings, Trajectory};
 use serde_json::json;
 use std::fmt::Write as _;
+use std::path::PathBuf;
 
 #[derive(Args)]
 pub struct ListParameters {
     #[command(flatten)]
     bicycle: BicycleArguments,
+    /// Fitted values: the fit.json of a fit, on top of the bicycle it was made with
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["bicycle", "rider"])]
+    fit: Option<PathBuf>,
+    /// Write the start values of the FMU as a parameter set of SSP, not the table
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["json", "out"])]
+    ssv: Option<PathBuf>,
+    /// Write a file for --bicycle, not the table
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["json", "out"])]
+    toml: Option<PathBuf>,
     #[command(flatten)]
     output: Output,
 }
 
 impl ListParameters {
     pub fn run(&self) -> Result<()> {
-        let bicycle = self.bicycle.open()?;
-        let rows = rows(&bicycle);
+        let bicycle = fitted::open(self.fit.as_deref(), &self.bicycle)?;
+        if self.ssv.is_some() || self.toml.is_some() {
+            return self.export(&bicycle);
+        }
+        self.list(&bicycle)
+    }
+
+    fn export(&self, bicycle: &Bicycle) -> Result<()> {
+        fitted::tell_excitation(bicycle, "it is no part of the bicycle");
+        if let Some(path) = &self.ssv {
+            let description = fmu::package(&fitted::starts(bicycle))?.description;
+            let set = ParameterSet {
+                name: bicycle.name.clone(),
+                generation_tool: Some(concat!("wobble ", env!("CARGO_PKG_VERSION")).to_owned()),
+                ..ParameterSet::of_starts(&description)
+            };
+            file::write(path, set.to_xml()?)?;
+            eprintln!("wrote {}", path.display());
+        }
+        if let Some(path) = &self.toml {
+            let text = bicycle.to_toml();
+            // a fit may end where no bicycle file may go
+            Bicycle::parse(&path.display().to_string(), &text, &Changes::default())?;
+            file::write(path, text)?;
+            eprintln!("wrote {}", path.display());
+        }
+        Ok(())
+    }
+
+    fn list(&self, bicycle: &Bicycle) -> Result<()> {
+        let rows = rows(bicycle);
         let mut json: Vec<_> = rows
             .iter()
-            .map(|(kind, row, value)| describe(kind, row, *value, &bicycle))
+            .map(|(kind, row, value)| describe(kind, row, *value, bicycle))
             .collect();
         json.push(json!({
             "name": "formulation", "kind": "fixed parameter", "value": bicycle.formulation.name(),
@@ -43,7 +85,7 @@ impl ListParameters {
             );
             for (kind, row, value) in &rows {
                 let Quantity { name, symbol, unit, min, max, what, .. } = row;
-                let source = source(row, *value, &bicycle);
+                let source = source(row, *value, bicycle);
                 let measured = row.measured.map_or(String::new(), |(a, b)| format!(", measured {a}–{b}"));
                 let _ = writeln!(
                     text,

@@ -1,8 +1,9 @@
 //! Parameter sets, the SSV format.
 
 use super::raw::{self, RawParameter};
-use super::{Enumeration, Unit, VERSION};
+use super::{Enumeration, Item, Unit, VERSION};
 use crate::xml::{self, Error, Format};
+use crate::{Causality, Initial, ModelDescription, ScalarVariable, Variability, VariableType};
 use serde::{Deserialize, Serialize};
 
 /// The root element of an SSV file: values by name.
@@ -63,6 +64,74 @@ impl ParameterSet {
         prefix: "ssv",
         root: "ParameterSet",
     };
+
+    /// The start values of what can be set before the start (SSP 1.0, ParameterBinding: inputs, and what has
+    /// an exact or approximate one and is no constant), under the variables' names.
+    pub fn of_starts(description: &ModelDescription) -> Self {
+        let mut set = Self {
+            name: description.model_name.clone(),
+            ..Self::default()
+        };
+        for variable in &description.variables {
+            let has_start = matches!(variable.initial(), Some(Initial::Exact | Initial::Approx));
+            let can_be_set = variable.causality == Causality::Input
+                || has_start && variable.variability != Variability::Constant;
+            if let Some(value) = set.start(description, variable).filter(|_| can_be_set) {
+                set.parameters.push(Parameter {
+                    name: variable.name.clone(),
+                    description: variable.description.clone(),
+                    value,
+                });
+            }
+        }
+        set
+    }
+
+    /// The start value of `variable`; defines its unit or its choices, where they can be.
+    fn start(
+        &mut self,
+        description: &ModelDescription,
+        variable: &ScalarVariable,
+    ) -> Option<ParameterValue> {
+        Some(match &variable.variable_type {
+            VariableType::Real(real) => {
+                let value = real.start?;
+                let unit = description.unit(variable).and_then(Unit::of);
+                if let Some(unit) = unit.iter().find(|unit| !self.units.contains(unit)) {
+                    self.units.push(unit.clone());
+                }
+                ParameterValue::Real {
+                    value,
+                    unit: unit.map(|unit| unit.name),
+                }
+            }
+            VariableType::Integer(integer) => ParameterValue::Integer(integer.start?),
+            VariableType::Boolean(boolean) => ParameterValue::Boolean(boolean.start?),
+            VariableType::String(string) => ParameterValue::String(string.start.clone()?),
+            VariableType::Enumeration(enumeration) => {
+                let choices = description.choices(variable).iter();
+                let items: Vec<Item> = choices
+                    .map(|choice| Item {
+                        name: choice.name.clone(),
+                        value: choice.value,
+                    })
+                    .collect();
+                let start = enumeration.start?;
+                let value = items.iter().find(|item| item.value == start)?.name.clone();
+                let name = enumeration.declared_type.clone();
+                if self.enumerations.iter().all(|known| known.name != name) {
+                    self.enumerations.push(Enumeration {
+                        name: name.clone(),
+                        items,
+                    });
+                }
+                ParameterValue::Enumeration {
+                    value,
+                    name: Some(name),
+                }
+            }
+        })
+    }
 
     /// The XML text, indented, ending in a newline.
     pub fn to_xml(&self) -> Result<String, Error> {

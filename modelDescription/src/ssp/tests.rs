@@ -144,6 +144,28 @@ fn team() -> SystemStructureDescription {
     }
 }
 
+#[test]
+fn start_values_are_those_of_the_description() {
+    let set = ParameterSet::of_starts(&crate::tests::cart());
+    let found: Vec<String> = set
+        .parameters
+        .iter()
+        .map(|parameter| format!("{} {:?}", parameter.name, parameter.value))
+        .collect();
+    assert_eq!(
+        found,
+        [
+            "speed Real { value: 2.2222222222222223, unit: Some(\"m/s\") }",
+            "horses Integer(2)",
+            "loaded Boolean(true)",
+            "owner String(\"\")",
+            "gait Enumeration { value: \"trot\", name: Some(\"Gait\") }",
+        ]
+    );
+    assert_eq!(set.units.len(), 1);
+    assert_eq!(set.enumerations, harness().enumerations);
+}
+
 fn written(description: &SystemStructureDescription) -> String {
     description.to_xml().expect("writable")
 }
