@@ -205,9 +205,25 @@ impl Coupling {
         self.fmus.iter().map(|fmu| fmu.name.as_str())
     }
 
+    /// Name of the model of the FMU called `name`; that name if there is none.
+    pub fn model_name<'a>(&'a self, name: &'a str) -> &'a str {
+        let found = self.fmus.iter().find(|fmu| fmu.name == name);
+        found.map_or(name, |opened| &opened.fmu.description().model_name)
+    }
+
     /// Whether a course is followed.
     pub fn has_course(&self) -> bool {
         self.course.is_some()
+    }
+
+    /// Frequency at which a slalom swings [Hz], where one is ridden: cones are passed alternately.
+    pub fn slalom(&self) -> Option<f64> {
+        match (&self.course, &self.bicycle) {
+            (Some((Layout::Slalom(slalom), _)), Some(bicycle)) => {
+                Some(bicycle.input.speed / (2.0 * slalom.cone_spacing))
+            }
+            _ => None,
+        }
     }
 
     /// Runs; `begun` is told before the start.

@@ -121,7 +121,7 @@ pub fn study(coupling: &Coupling, cases: &Cases, begun: &mut dyn FnMut(Begun)) -
         ));
     }
     Ok(Study {
-        controller: cases.controller.clone(),
+        controller: coupling.model_name(&cases.controller).to_owned(),
         recipe: cases.recipe.clone(),
         rows,
         notes,

@@ -132,11 +132,11 @@ impl Cosim {
             timeout,
             move |begun| -> Result<Done, Error> {
                 let mut coupling = Coupling::open(&setup, &mut tell)?;
-                let Some(cases) = cases else {
+                let Some(mut cases) = cases else {
                     let ran = coupling.run(&coupling.as_typed(), begun)?;
                     return Ok(Done::Ran(ran));
                 };
-                against::excite(&mut coupling);
+                against::prepare(&mut coupling, &mut cases);
                 Ok(Done::Studied(study(&coupling, &cases, begun)?))
             },
             |runs, call| progress.say(&format!("ride {runs} of {all}, {:.2} s", call.time)),

@@ -5,7 +5,7 @@ use crate::output::Output;
 use anyhow::Result;
 use clap::Args;
 use identify::cosim::{Cases, Coupling};
-use identify::spectrum::Recipe;
+use identify::spectrum::{Line, Recipe};
 use identify::{assist, file};
 use std::path::PathBuf;
 
@@ -66,8 +66,9 @@ impl StudyArguments {
     /// Writes a study: the table, JSON, the page.
     pub fn write(&self, study: &assist::Study, output: &Output) -> Result<()> {
         if let Some(path) = &self.report {
-            let words: Vec<String> = std::env::args().collect();
-            file::write(path, assist::html(study, &words.join(" ")))?;
+            let typed: Vec<String> = std::env::args().skip(1).collect();
+            let provenance = format!("wobble {}", typed.join(" "));
+            file::write(path, assist::html(study, &provenance))?;
             eprintln!("wrote {}", path.display());
         }
         for line in assist::headline(study) {
@@ -77,8 +78,12 @@ impl StudyArguments {
     }
 }
 
-/// Something to ride for, where nothing was asked for that excites the bicycle.
-pub fn excite(coupling: &mut Coupling) {
+/// Sees to it that something excites the bicycle, and that a slalom is not taken for a residual.
+pub fn prepare(coupling: &mut Coupling, cases: &mut Cases) {
+    if let Some(frequency) = coupling.slalom().filter(|_| cases.recipe.lines.is_empty()) {
+        cases.recipe.lines.push(Line { frequency });
+        eprintln!("note: --line {frequency:.4}Hz: the slalom is masked");
+    }
     let course = coupling.has_course();
     if let Some(bicycle) = coupling.bicycle.as_mut().filter(|_| !course)
         && bicycle.excitation.remnant_intensity == 0.0
