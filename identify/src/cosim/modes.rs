@@ -18,8 +18,9 @@ use nalgebra::Complex;
 /// Eigenvalues [1/s] and how they were found; or why there are none, a clause.
 pub type Modes = std::result::Result<(Vec<Complex<f64>>, &'static str), String>;
 
-/// Free motion looked at [s]: a period of the slowest oscillation that matters.
-const TIME: f64 = 1.25;
+/// Free motion looked at [s]: a period of the slowest oscillation that matters; less where growth
+/// soon hides all that decays.
+const TIMES: [f64; 3] = [1.25, 0.6, 0.3];
 /// Pulse of steer torque and of roll moment [N m]: so small that angles are some 1e-6 rad, where
 /// every equation is straight to 1e-12, and answers still have ten digits.
 const PULSE: f64 = 1e-3;
@@ -81,9 +82,21 @@ impl Coupling {
 
     /// From the answers to pulses at `speed` [m/s].
     fn by_pulses(&self, variation: &Variation, speed: f64) -> Result<Modes> {
+        let mut first = None;
+        for time in TIMES {
+            let found = self.by_pulses_within(time, variation, speed)?;
+            match found {
+                Ok(modes) => return Ok(Ok(modes)),
+                Err(reason) => first = first.or(Some(reason)),
+            }
+        }
+        Ok(Err(first.unwrap_or_default()))
+    }
+
+    fn by_pulses_within(&self, time: f64, variation: &Variation, speed: f64) -> Result<Modes> {
         let seen = ["roll", "steer", "roll_rate", "steer_rate", "yaw_rate"];
         let plan = Plan {
-            stop_time: TIME,
+            stop_time: time,
             tolerance: None,
             initial_exchange: true,
             record: seen

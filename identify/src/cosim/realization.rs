@@ -69,9 +69,13 @@ pub fn eigenvalues(motions: &[Vec<Vec<f64>>]) -> Result<Vec<Complex<f64>>, Strin
         state = &a * state;
     }
     if worst.is_nan() || worst > RESIDUAL {
+        let far = if worst < 1.0 {
+            format!("off by {:.1} %", 100.0 * worst)
+        } else {
+            "far off".to_owned()
+        };
         return Err(format!(
-            "the answers to small pulses are not those of a linear system: the nearest is off by {:.1} %",
-            100.0 * worst
+            "the answers to small pulses are not those of a linear system: the nearest is {far}"
         ));
     }
     Ok(linear::eigenvalues(&a))

@@ -77,12 +77,27 @@ fn a_bicycle_that_nobody_rides_has_a_growing_mode() {
         "rider_steer_rate_gain",
     ];
     let (_folder, coupling) = alone(Changes {
-        set: gains.map(|gain| format!("{gain}=0")).into(),
+        set: gains
+            .map(|gain| format!("{gain}=0"))
+            .into_iter()
+            .chain(["coulomb_friction=0".to_owned()])
+            .collect(),
         ..Changes::default()
     });
     let variation = coupling.as_typed();
     let (values, method) = coupling.modes(&variation).expect("ran").expect("known");
     assert_eq!(method, "directional derivatives");
-    let growth = values.iter().map(|value| value.re).fold(0.0, f64::max);
-    assert!(growth > 1.0, "{values:?}");
+    let growth = |values: &[Complex<f64>]| values.iter().map(|v| v.re).fold(0.0, f64::max);
+    assert!(growth(&values) > 1.0, "{values:?}");
+    let smooth = Variation {
+        smooth: true,
+        ..variation
+    };
+    let speed = coupling.bicycle.as_ref().expect("ours").input.speed;
+    let (by_pulses, _) = coupling
+        .by_pulses(&smooth, speed)
+        .expect("ran")
+        .expect("linear");
+    let (found, expected) = (growth(&by_pulses), growth(&values));
+    assert!((found / expected - 1.0).abs() < 1e-3, "{found} {expected}");
 }
