@@ -5,6 +5,7 @@ mod claims;
 mod controllers;
 mod cosim;
 mod coupling;
+mod exported;
 mod fmu;
 mod fuzz;
 #[path = "../../bicycle/tests/it/marked.rs"]
