@@ -32,8 +32,8 @@ mod write;
 pub use read::read;
 pub use write::write;
 
+use crate::master::Connection;
 use crate::{Error, Value};
-use std::fmt;
 use std::path::{Path, PathBuf};
 use tempfile::TempDir;
 
@@ -49,7 +49,7 @@ pub struct System {
     pub name: String,
     /// The FMUs.
     pub components: Vec<Component>,
-    /// The connections.
+    /// The connections; a participant is a component.
     pub connections: Vec<Connection>,
     /// From when it is meant to be simulated [s].
     pub start_time: Option<f64>,
@@ -67,30 +67,6 @@ pub struct Component {
     /// Names of its variables, each once, and the values to set before the start, in the
     /// variable's unit.
     pub start_values: Vec<(String, Value)>,
-}
-
-/// An output that an input follows.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Connection {
-    /// The output.
-    pub source: Port,
-    /// The input, of the same type.
-    pub target: Port,
-}
-
-/// A variable of a component; displays as `component.variable`.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Port {
-    /// Name of the component.
-    pub component: String,
-    /// Name of the variable.
-    pub variable: String,
-}
-
-impl fmt::Display for Port {
-    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        write!(f, "{}.{}", self.component, self.variable)
-    }
 }
 
 /// A system read from an archive; its FMUs are in a temporary folder that goes with it.

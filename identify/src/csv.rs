@@ -105,7 +105,15 @@ impl Import {
         let header = &table.header;
         let Some(map) = &self.map else {
             let mut plan: Vec<(usize, Column)> = Vec::new();
-            for (index, cell) in header.iter().enumerate() {
+            let (of_others, own): (Vec<_>, Vec<_>) = header
+                .iter()
+                .enumerate()
+                .partition(|(_, cell)| is_of_another(cell));
+            if !of_others.is_empty() {
+                let names: Vec<&str> = of_others.iter().map(|(_, cell)| cell.as_str()).collect();
+                notes.push(format!("columns not used: {}", names.join(", ")));
+            }
+            for (index, cell) in own {
                 let column = Column::own(cell).map_err(|e| foreign(e, cell))?;
                 if plan.iter().any(|(_, known)| known.name() == column.name()) {
                     return Err(Error::Repeated {
@@ -155,6 +163,13 @@ impl Import {
         }
         Ok(plan)
     }
+}
+
+/// Whether a column of a coupled run belongs to another participant than the bicycle, or is what
+/// the bicycle was given: `controller.assist_torque[N.m]`.
+fn is_of_another(cell: &str) -> bool {
+    let name = cell.split('[').next().unwrap_or_default();
+    name.contains('.') && cell.parse::<f64>().is_err()
 }
 
 /// The error for a column no channel is called like: it may be a foreign file's.

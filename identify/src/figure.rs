@@ -4,11 +4,13 @@
 
 mod assist;
 mod canvas;
+mod coupled;
 mod stability;
 #[cfg(test)]
 pub(crate) mod tests;
 
 pub use assist::assist;
+pub use coupled::{Drawn, coupled};
 pub use stability::stability;
 
 use crate::run::{Curve, Trace};

@@ -70,6 +70,25 @@ impl Default for BaseUnit {
     }
 }
 
+impl BaseUnit {
+    /// Factor and offset that make of a value in this unit one in `other`; none where the dimensions
+    /// differ (the radian counts as one). Exactly 1 and 0 into itself.
+    pub fn conversion(&self, other: &Self) -> Option<(f64, f64)> {
+        let dimension = |unit: &Self| Self {
+            factor: 1.0,
+            offset: 0.0,
+            ..*unit
+        };
+        // other.factor · y + other.offset = factor · x + offset
+        (dimension(self) == dimension(other) && other.factor != 0.0).then(|| {
+            (
+                self.factor / other.factor,
+                (self.offset - other.offset) / other.factor,
+            )
+        })
+    }
+}
+
 /// A unit for display; displayed value = `factor` · value + `offset`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct DisplayUnit {

@@ -69,11 +69,7 @@ fn a_ride_with_a_controller_is_a_ride_file() {
     );
     let head = called.out.lines().next().expect("a head");
     assert!(head.starts_with("time[s],"), "{head}");
-    for column in [
-        "steer[rad]",
-        "assist_torque[N.m]",
-        "controller.assist_torque[N.m]",
-    ] {
+    for column in ["steer[rad]", "speed[m/s]", "controller.assist_torque[N.m]"] {
         assert!(
             head.split(',').any(|name| name == column),
             "{column} in {head}"

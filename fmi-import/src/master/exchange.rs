@@ -20,6 +20,16 @@ pub(super) struct Seat<'a> {
     first: usize,
 }
 
+/// An output that others use.
+pub(super) struct Exchanged {
+    /// Its place on the board.
+    pub slot: usize,
+    /// Its typical size.
+    pub nominal: f64,
+    /// It depends on an input at once, so it is as late as that.
+    pub lags: bool,
+}
+
 /// Where an input comes from: value = factor · output + offset.
 struct Source {
     seat: usize,
@@ -82,11 +92,16 @@ impl<'a> Seat<'a> {
         self.participant.read(&self.seen, &mut board[slots])
     }
 
-    /// Slots of the outputs that others use, each with its nominal size.
-    pub fn exchanged(&self) -> impl Iterator<Item = (usize, f64)> {
+    /// The outputs that others use.
+    pub fn exchanged(&self) -> impl Iterator<Item = Exchanged> {
         let ports = self.participant.ports();
-        let exchanged = self.seen[..self.exchanged].iter();
-        (self.first..).zip(exchanged.map(|&port| ports[port].nominal))
+        let is_set = |port: &usize| self.inputs.contains(port);
+        let seen = (self.first..).zip(&self.seen[..self.exchanged]);
+        seen.map(move |(slot, &port)| Exchanged {
+            slot,
+            nominal: ports[port].nominal,
+            lags: ports[port].depends_on.iter().any(is_set),
+        })
     }
 
     fn place_of(&mut self, port: usize) -> usize {

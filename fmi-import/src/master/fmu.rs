@@ -112,13 +112,7 @@ fn ports(description: &ModelDescription) -> (Vec<Port>, Vec<u32>) {
                 _ => Direction::Other,
             },
             kind,
-            unit: variable.unit().map(|name| {
-                let defined = description.units.iter().find(|unit| unit.name == name);
-                defined.cloned().unwrap_or_else(|| model_description::Unit {
-                    name: name.to_owned(),
-                    ..model_description::Unit::default()
-                })
-            }),
+            unit: description.unit(variable).cloned(),
             depends_on: Vec::new(),
             nominal: nominal(variable, description),
         });

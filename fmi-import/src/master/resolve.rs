@@ -3,7 +3,7 @@
 use super::{Connection, Direction, Kind, Member, Port, Terminal};
 use crate::Error;
 use crate::error::nearest;
-use model_description::{BaseUnit, Unit};
+use model_description::Unit;
 
 /// A connection checked, ends as numbers of member and port; target = factor · source + offset.
 #[derive(Clone, Debug, PartialEq)]
@@ -111,16 +111,13 @@ fn conversion(from: &Unit, to: &Unit) -> Option<(f64, f64)> {
     if from.name == to.name {
         return Some((1.0, 0.0));
     }
-    let (a, b) = (from.base?, to.base?);
-    let exponents = |u: BaseUnit| [u.kg, u.m, u.s, u.ampere, u.kelvin, u.mol, u.cd, u.rad];
-    // of one dimension, and as many of it: (a.factor x + a.offset − b.offset) / b.factor
-    (exponents(a) == exponents(b) && b.factor != 0.0)
-        .then(|| (a.factor / b.factor, (a.offset - b.offset) / b.factor))
+    from.base?.conversion(&to.base?)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use model_description::BaseUnit;
 
     fn unit(name: &str, rad: i32, factor: f64, offset: f64) -> Unit {
         Unit {

@@ -5,8 +5,11 @@
 //! Values held over a step make a method of first order: its error in a step of h is C h², that of
 //! two halves C h²/2, and so is the difference. What steps may add to the error within [`MEMORY`] is
 //! the tolerance. So the error stays within it where the system forgets within that time, as one
-//! that a controller holds does; one that amplifies errors amplifies these too.
+//! that a controller holds does; one that amplifies errors amplifies these too. An output that
+//! depends on an input at once lags by a step: its error is of the first order and does not add up,
+//! so it may be the whole tolerance in each step.
 
+use super::exchange::Seat;
 use super::run::{Account, Points};
 use super::step::Ended;
 use super::{End, Master, Plan};
@@ -26,7 +29,7 @@ const SHRINKAGE: f64 = 0.1;
 
 /// How a trial went.
 enum Trial {
-    /// The error, over that allowed.
+    /// The error, as a tolerance that would just allow it.
     Error(f64),
     /// A participant ended in it.
     Ended(Ended, f64),
@@ -71,7 +74,6 @@ impl Master<'_> {
         tolerance: f64,
         account: &mut Account,
     ) -> Result<End, Error> {
-        let allowed_rate = tolerance / MEMORY;
         let mut wanted = plan.step;
         let mut exchange = plan.initial_exchange;
         for n in 0..points.count {
@@ -93,7 +95,7 @@ impl Master<'_> {
                 }
                 let before = account.board.clone();
                 let excess = match self.attempt(plan, from, next, exchange, account)? {
-                    Trial::Error(error) => error / (allowed_rate * h),
+                    Trial::Error(error) => error / tolerance,
                     // an end of its own will; a step that cannot be computed may be one too long
                     Trial::Ended(ended, at) => {
                         let terminated = matches!(
@@ -109,7 +111,7 @@ impl Master<'_> {
                         f64::INFINITY
                     }
                 };
-                // the error allowed falls with h, the error with h²
+                // errors over what is allowed fall with h
                 wanted = h * (SAFETY / excess).clamp(SHRINKAGE, GROWTH);
                 if excess <= 1.0 || shortest {
                     from = next;
@@ -148,9 +150,13 @@ impl Master<'_> {
         if let Some(ended) = self.step_all(plan, middle, to, true, account)? {
             return Ok(Trial::Ended(ended, middle));
         }
-        let exchanged = self.seats.iter().flat_map(super::exchange::Seat::exchanged);
-        let differences =
-            exchanged.map(|(slot, nominal)| (whole[slot] - account.board[slot]).abs() / nominal);
+        let share = (to - from) / MEMORY;
+        let exchanged = self.seats.iter().flat_map(Seat::exchanged);
+        let differences = exchanged.map(|output| {
+            let difference = (whole[output.slot] - account.board[output.slot]).abs();
+            let allowed = if output.lags { 1.0 } else { share };
+            difference / (output.nominal * allowed)
+        });
         Ok(Trial::Error(differences.fold(0.0, f64::max)))
     }
 

@@ -1,6 +1,7 @@
 //! Whether a system can be: its FMUs opened, its names and connections checked against them.
 
-use super::{Connection, Port, System, unfit};
+use super::{System, unfit};
+use crate::master::{Connection, Terminal};
 use crate::{Archive, Error};
 use model_description::{Causality, ModelDescription, ScalarVariable};
 use std::collections::HashSet;
@@ -43,15 +44,15 @@ impl Models {
     pub(super) fn variable(
         &self,
         system: &System,
-        port: &Port,
+        port: &Terminal,
         path: &Path,
     ) -> Result<(usize, &ScalarVariable), Error> {
         let mut names = system.components.iter().map(|component| &component.name);
         let component = names
-            .position(|name| *name == port.component)
+            .position(|name| *name == port.participant)
             .ok_or_else(|| {
                 let expected = "a component of the system";
-                let found = format!("{:?}", port.component);
+                let found = format!("{:?}", port.participant);
                 unfit(path, format!("connection of {port}"), expected, found)
             })?;
         let variable = self.description(component).variable(&port.variable);
@@ -61,7 +62,7 @@ impl Models {
                 .variables
                 .iter()
                 .map(|v| v.name.as_str());
-            Error::unknown_variable(&port.component, &port.variable, known)
+            Error::unknown_variable(&port.participant, &port.variable, known)
         })?;
         Ok((component, variable))
     }

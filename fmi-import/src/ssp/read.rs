@@ -1,9 +1,10 @@
 //! A system from an archive.
 
 use super::check::{Models, check};
-use super::{Component, Connection, DESCRIPTION, Package, Port, System, unfit, value};
+use super::{Component, DESCRIPTION, Package, System, unfit, value};
 use crate::archive::text;
 use crate::archive::unpack::{Limits, inside, unpack};
+use crate::master::{Connection, Terminal};
 use crate::{Error, Value};
 use model_description::Causality;
 use model_description::ssp::{
@@ -204,9 +205,9 @@ impl Files<'_> {
 }
 
 /// A component's connector; the name of the system's own where there is no component.
-fn port<'a>(element: Option<&String>, connector: &'a str) -> Result<Port, &'a str> {
-    Ok(Port {
-        component: element.ok_or(connector)?.clone(),
+fn port<'a>(element: Option<&String>, connector: &'a str) -> Result<Terminal, &'a str> {
+    Ok(Terminal {
+        participant: element.ok_or(connector)?.clone(),
         variable: connector.to_owned(),
     })
 }

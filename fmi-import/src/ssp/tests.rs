@@ -1,6 +1,8 @@
 use super::*;
 use crate::archive::unpack::tests::archive;
 use crate::archive::unpack::{Limits, unpack};
+use crate::master::Terminal;
+use std::fmt;
 use std::fs::File;
 use std::io::Write;
 use zip::write::{SimpleFileOptions, ZipWriter};
@@ -45,12 +47,8 @@ fn packed(identifier: &str, unit: &str) -> (TempDir, PathBuf) {
     ])
 }
 
-fn port(text: &str) -> Port {
-    let (component, variable) = text.split_once('.').expect("a dot");
-    Port {
-        component: component.to_owned(),
-        variable: variable.to_owned(),
-    }
+fn port(text: &str) -> Terminal {
+    text.parse().expect("a terminal")
 }
 
 fn connection(source: &str, target: &str) -> Connection {

@@ -3,7 +3,7 @@
 use super::unfit;
 use crate::{Error, Value};
 use model_description::ssp::{ConnectorType, ParameterValue, Unit};
-use model_description::{BaseUnit, ModelDescription, ScalarVariable, VariableType};
+use model_description::{ModelDescription, ScalarVariable, VariableType};
 use std::path::Path;
 
 /// The units an SSP document defines, gathered from FMUs.
@@ -98,12 +98,16 @@ pub(super) fn value(
                 return Ok(Value::Real(*value));
             };
             let defined = units.iter().find(|unit| unit.name == *from);
-            match (defined, &to.base) {
-                (Some(from), Some(to)) if same_dimension(&from.base, to) => {
-                    Value::Real(convert(*value, &from.base, to))
-                }
-                (_, None) if *from == to.name => Value::Real(*value),
-                _ => {
+            let conversion = match (defined, &to.base) {
+                (Some(from), Some(to)) => from.base.conversion(to),
+                (_, None) if *from == to.name => Some((1.0, 0.0)),
+                _ => None,
+            };
+            match conversion {
+                // a unit into itself leaves every bit, the sign of 0 too
+                Some((1.0, 0.0)) => Value::Real(*value),
+                Some((factor, offset)) => Value::Real(factor * value + offset),
+                None => {
                     let expected = format!("a unit that converts to {:?}", to.name);
                     return Err(refuse(&expected, from));
                 }
@@ -128,21 +132,4 @@ fn wrong(variable: &ScalarVariable, expected: &'static str, found: &'static str)
         expected,
         found,
     }
-}
-
-fn same_dimension(a: &BaseUnit, b: &BaseUnit) -> bool {
-    let exponents = |unit: &BaseUnit| BaseUnit {
-        factor: 1.0,
-        offset: 0.0,
-        ..*unit
-    };
-    exponents(a) == exponents(b)
-}
-
-/// Value in SI = factor · value + offset; a unit into itself leaves every bit.
-fn convert(value: f64, from: &BaseUnit, to: &BaseUnit) -> f64 {
-    if from == to {
-        return value;
-    }
-    (from.factor * value + from.offset - to.offset) / to.factor
 }

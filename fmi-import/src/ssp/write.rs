@@ -157,9 +157,9 @@ fn describe(
             }
         }
         connections.push(Connection {
-            start_element: Some(connection.source.component.clone()),
+            start_element: Some(connection.source.participant.clone()),
             start_connector: connection.source.variable.clone(),
-            end_element: Some(connection.target.component.clone()),
+            end_element: Some(connection.target.participant.clone()),
             end_connector: connection.target.variable.clone(),
             suppress_unit_conversion: false,
         });

@@ -38,8 +38,21 @@ pub fn headline(study: &Study) -> Vec<String> {
     let saved = named(rows, |row| {
         (row.outcome == Outcome::Saved).then(|| row.fell())
     });
-    if harm.is_none() && thrown.is_none() && rows.iter().any(|row| row.judged().is_some()) {
-        sentences.push("In no case does this band rise or do more rides fall with it.".into());
+    let sooner = named(rows, |row| {
+        let times = row.falls.map(|falls| falls.median_time.value().copied());
+        let (without, with) = (times.without?, times.with?);
+        (with < without).then(|| {
+            let [without, with] = [without, with].map(|time| significant(time, 3));
+            format!("half had fallen after {without} → {with} s")
+        })
+    });
+    if harm.is_none()
+        && thrown.is_none()
+        && sooner.is_none()
+        && rows.iter().any(|row| row.judged().is_some())
+    {
+        sentences
+            .push("In no case does this band rise, do more rides fall with it, or sooner.".into());
     }
     let said = [
         ("It does harm where this band rises", harm),
@@ -47,6 +60,7 @@ pub fn headline(study: &Study) -> Vec<String> {
             "It does harm where more rides fall with it than without",
             thrown,
         ),
+        ("It does harm where rides fall sooner with it", sooner),
         ("Fewer rides fall with it than without", saved),
     ];
     for (what, list) in said {

@@ -4,7 +4,7 @@ use super::RIDER;
 use super::coupling::Coupling;
 use crate::error::{Error, Result};
 use fmi_import::Value;
-use fmi_import::master::{Connection, Terminal};
+use fmi_import::master::Connection;
 use fmi_import::ssp::{self, Component, System};
 use std::path::Path;
 
@@ -50,20 +50,9 @@ pub fn write_ssp(coupling: &Coupling, out: &Path) -> Result<()> {
     let system = System {
         name: "wobble".to_owned(),
         components: components.collect(),
-        connections: connections.into_iter().map(wire).collect(),
+        connections: connections.into_iter().cloned().collect(),
         start_time: Some(0.0),
         stop_time: Some(coupling.stop()),
     };
     Ok(ssp::write(&system, out)?)
-}
-
-fn wire(connection: &Connection) -> ssp::Connection {
-    let port = |terminal: &Terminal| ssp::Port {
-        component: terminal.participant.clone(),
-        variable: terminal.variable.clone(),
-    };
-    ssp::Connection {
-        source: port(&connection.source),
-        target: port(&connection.target),
-    }
 }

@@ -1,18 +1,19 @@
 //! What was typed, loaded and understood; runs of it.
 
+use super::opening::{member_step, not_ours, refuse_bicycle, ridden, sort, starts};
+use super::record::{self, Column};
 use super::rider::Rider;
-use super::setup::{Setup, Typed};
+use super::setup::Setup;
 use super::{PLANT, RIDER, plant, wires};
 use crate::bicycles::{Bicycle, Changes};
 use crate::course;
-use crate::error::{Error, Result};
-use crate::variable;
-use bicycle::course::{LATERAL_OFFSET, Layout};
+use crate::error::Result;
+use crate::ride::TIME;
+
+use bicycle::course::Layout;
 use bicycle::rider::{Manner, Preview, Schedule};
 use bicycle::{Input, Parameters};
-use fmi_import::master::{
-    Direction, Foreign, Master, Member, Participant, Plan, Port, Run, Terminal, Watch, by_name,
-};
+use fmi_import::master::{Foreign, Master, Member, Participant, Plan, Run, Watch, by_name};
 use fmi_import::{Archive, Fmu, Value, VariableRow};
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -90,6 +91,12 @@ impl Coupling {
         let mut fmus = Vec::new();
         let mut bicycle = None;
         let (of_members, of_plant) = sort(&setup.changes.set, &setup.fmus);
+        if let Some(text) = of_plant
+            .first()
+            .filter(|_| setup.fmus.iter().all(|fmu| fmu.name != PLANT))
+        {
+            return Err(not_ours("none").typed(format!("--set {text}")));
+        }
         for typed in &setup.fmus {
             let archive = Archive::open(&typed.file)?;
             let rows = archive.inspect().variables;
@@ -229,7 +236,19 @@ impl Coupling {
     /// Runs; `begun` is told before the start.
     pub fn run(&self, variation: &Variation, begun: &mut dyn FnMut(Begun)) -> Result<Ran> {
         let mut master = self.master(variation)?;
-        let (names, units, record) = self.recorded(&mut master);
+        let others = self.names().filter(|name| *name != PLANT);
+        let columns = record::columns(&mut master, others);
+        let name = |column: &Column| column.name.clone();
+        let names: Vec<String> = [TIME.to_owned()]
+            .into_iter()
+            .chain(columns.iter().map(name))
+            .collect();
+        let unit = |column: &Column| column.unit.clone();
+        let units: Vec<_> = [Some("s".to_owned())]
+            .into_iter()
+            .chain(columns.iter().map(unit))
+            .collect();
+        let record = columns.into_iter().map(|column| column.terminal).collect();
         begun(Begun {
             watch: master.watch(),
             names: names.clone(),
@@ -368,166 +387,5 @@ impl Coupling {
             parameters
         };
         plant::starts(rows, &parameters, &bicycle.input, bicycle.formulation)
-    }
-
-    /// Names and units of the columns, and what is recorded in them: of the plant its outputs and
-    /// the inputs that are connected, under their plain names, then where the bicycle is beside the
-    /// course; of others their outputs.
-    fn recorded(&self, master: &mut Master) -> (Vec<String>, Vec<Option<String>>, Vec<Terminal>) {
-        let mut names = vec!["time".to_owned()];
-        let mut units = vec![Some("s".to_owned())];
-        let mut record = Vec::new();
-        let targets: Vec<Terminal> = master
-            .connections()
-            .iter()
-            .map(|c| c.target.clone())
-            .collect();
-        let members: Vec<String> = [PLANT, RIDER]
-            .map(str::to_owned)
-            .into_iter()
-            .chain(
-                self.fmus
-                    .iter()
-                    .map(|fmu| fmu.name.clone())
-                    .filter(|name| name != PLANT),
-            )
-            .collect();
-        for member in members {
-            let Some(participant) = master.participant(&member) else {
-                continue;
-            };
-            for Port {
-                name,
-                direction,
-                unit,
-                ..
-            } in participant.ports()
-            {
-                let terminal = Terminal {
-                    participant: member.clone(),
-                    variable: name.clone(),
-                };
-                let wanted = match *direction {
-                    Direction::Output => member != RIDER || name == LATERAL_OFFSET.name,
-                    Direction::Input => member == PLANT && targets.contains(&terminal),
-                    Direction::Other => false,
-                };
-                if wanted {
-                    names.push(if member == PLANT || member == RIDER {
-                        name.clone()
-                    } else {
-                        terminal.to_string()
-                    });
-                    units.push(unit.as_ref().map(|unit| unit.name.clone()));
-                    record.push(terminal);
-                }
-            }
-        }
-        (names, units, record)
-    }
-}
-
-/// An assignment and the participant it is for.
-type Assigned = (String, String);
-
-/// Sorts `[participant.]name=value` into those of participants and those of the plant.
-fn sort(set: &[String], fmus: &[Typed]) -> (Vec<Assigned>, Vec<String>) {
-    let mut of_members = Vec::new();
-    let mut of_plant = Vec::new();
-    for text in set {
-        let member = text
-            .split_once('.')
-            .filter(|(name, rest)| rest.contains('=') && fmus.iter().any(|fmu| fmu.name == *name));
-        match member {
-            Some((PLANT, rest)) => of_plant.push(rest.to_owned()),
-            Some((name, rest)) => of_members.push((name.to_owned(), rest.to_owned())),
-            None => of_plant.push(text.clone()),
-        }
-    }
-    (of_members, of_plant)
-}
-
-/// The bicycle to ride: what the FMU starts with, or the one called `name`, with changes.
-fn ridden(of_fmu: Bicycle, name: Option<&str>, changes: &Changes) -> Result<Bicycle> {
-    if let Some(name) = name {
-        return Bicycle::open(name, changes).map_err(|cause| match cause {
-            Error::Unknown { .. } => cause.typed(format!("--bicycle {name}")),
-            cause => cause,
-        });
-    }
-    let mut bicycle = of_fmu;
-    bicycle.change(changes)?;
-    Ok(bicycle)
-}
-
-fn not_ours(found: &str) -> Error {
-    Error::Form {
-        expected: "a participant `plant` with the rows of the bicycle's table",
-        found: found.to_owned(),
-    }
-}
-
-/// What is typed of a bicycle is for a plant that is one.
-fn refuse_bicycle(setup: &Setup, model: &str) -> Result<()> {
-    let Changes {
-        rider,
-        load,
-        formulation,
-        ..
-    } = &setup.changes;
-    let typed = [
-        ("--bicycle", &setup.bicycle),
-        ("--rider", rider),
-        ("--load", load),
-        ("--formulation", formulation),
-        ("--course", &setup.course),
-    ];
-    for (flag, value) in typed {
-        if let Some(value) = value {
-            return Err(not_ours(model).typed(format!("{flag} {value}")));
-        }
-    }
-    Ok(())
-}
-
-/// Start values of an FMU, from assignments to its variables.
-fn starts(
-    member: &str,
-    archive: &Archive,
-    rows: &[VariableRow],
-    set: &[String],
-) -> Result<Vec<(String, Value)>> {
-    let units = &archive.description().units;
-    let value = |text: &String| {
-        let typed = |cause: Error| cause.typed(format!("--set {member}.{text}"));
-        let (name, value) = text.split_once('=').ok_or_else(|| {
-            typed(Error::Form {
-                expected: "NAME=VALUE",
-                found: text.clone(),
-            })
-        })?;
-        let value = variable::value(units, rows, name.trim(), value.trim()).map_err(typed)?;
-        Ok((name.trim().to_owned(), value))
-    };
-    set.iter().map(value).collect()
-}
-
-/// The communication step of a participant with a sample time of its own: that, or the plan's where
-/// that is a multiple.
-fn member_step(member: &str, own: f64, step: f64, is_typed: bool) -> Result<f64> {
-    let divides = |a: f64, b: f64| {
-        let ratio = (b / a).round();
-        ratio >= 1.0 && (ratio * a - b).abs() <= 1e-9 * b
-    };
-    if divides(step, own) {
-        Ok(own)
-    } else if !is_typed && divides(own, step) {
-        Ok(step)
-    } else {
-        Err(Error::SampleTime {
-            member: member.to_owned(),
-            own,
-            step,
-        })
     }
 }

@@ -146,15 +146,14 @@ fn ridden(ran: Ran, step: f64) -> Result<Ridden> {
     let rows = run.columns[0].len() - usize::from(fell.is_some());
     let mut ride = Ride::new(0.0, step, rows);
     let wanted = [
-        "steer",
-        "steer_rate",
-        "roll_rate",
-        "assist_torque",
-        LATERAL_OFFSET.name,
+        ("steer", "steer"),
+        ("steer_rate", "steer_rate"),
+        ("assist_torque", "plant.assist_torque"),
+        (LATERAL_OFFSET.name, LATERAL_OFFSET.name),
     ];
-    for name in wanted {
-        if let Some(index) = run.names.iter().position(|known| known == name) {
-            ride.insert(name, run.columns[index][..rows].to_vec())?;
+    for (channel, column) in wanted {
+        if let Some(index) = run.names.iter().position(|name| name == column) {
+            ride.insert(channel, run.columns[index][..rows].to_vec())?;
         }
     }
     Ok(Ridden { ride, fell })

@@ -13,10 +13,11 @@ use fmi_import::master::{End, Run};
 use identify::assist::Study;
 use identify::bicycles::Changes;
 use identify::cosim::{
-    Cases, Coupling, Hung, PLANT, RIDER, Ran, Setup, Typed, algorithm, guarded, study, write_ssp,
+    Cases, Coupling, Hung, PLANT, RIDER, Ran, Setup, Typed, algorithm, guarded, html, study,
+    write_ssp,
 };
 use identify::error::Error;
-use identify::trajectory;
+use identify::{assist, file, trajectory};
 use serde_json::json;
 use std::path::PathBuf;
 use std::time::Duration;
@@ -91,6 +92,9 @@ pub struct Cosim {
     seed: Option<u64>,
     #[command(flatten)]
     study: StudyArguments,
+    /// Write the run, or the study, as an HTML page with figures
+    #[arg(long, value_name = "FILE", conflicts_with = "ssp")]
+    report: Option<PathBuf>,
     /// Write what is coupled as an SSP archive, and do not run it
     #[arg(long, value_name = "FILE")]
     ssp: Option<PathBuf>,
@@ -145,7 +149,7 @@ impl Cosim {
         match done {
             Ok(done) => match done? {
                 Done::Ran(ran) => self.write(ran),
-                Done::Studied(study) => self.study.write(&study, &self.output),
+                Done::Studied(study) => self.write_study(&study),
             },
             Err(hung) => self.write_hung(&hung),
         }
@@ -241,6 +245,7 @@ impl Cosim {
         });
         self.output
             .json_or(&json, || csv(names, &ran.units, columns))?;
+        self.write_page(|typed| html(&ran, typed))?;
         match ran.run.end {
             End::Complete | End::Stopped => Ok(()),
             End::Early { member, time, log } => {
@@ -252,6 +257,25 @@ impl Cosim {
             }
             End::Failed(error) => Err(error.into()),
         }
+    }
+
+    /// Writes a study: the table or JSON, the page.
+    fn write_study(&self, study: &Study) -> Result<()> {
+        for line in assist::headline(study) {
+            eprintln!("{line}");
+        }
+        self.output.json_or(study, || assist::table(study))?;
+        self.write_page(|typed| assist::html(study, typed))
+    }
+
+    /// Writes the page that `page` makes of what was typed, if one was asked for.
+    fn write_page(&self, page: impl FnOnce(&str) -> String) -> Result<()> {
+        if let Some(path) = &self.report {
+            let typed: Vec<String> = std::env::args().skip(1).collect();
+            file::write(path, page(&format!("wobble {}", typed.join(" "))))?;
+            eprintln!("wrote {}", path.display());
+        }
+        Ok(())
     }
 
     /// Writes what was reached of a run that hangs; the process ends with it.

@@ -1,13 +1,10 @@
 //! What the controller is worth: `wobble cosim --against none`.
 
 use crate::arguments::values;
-use crate::output::Output;
 use anyhow::Result;
 use clap::Args;
 use identify::cosim::{Cases, Coupling};
 use identify::spectrum::{Line, Recipe};
-use identify::{assist, file};
-use std::path::PathBuf;
 
 /// What the rides with the controller are held against, and which.
 #[derive(Args)]
@@ -36,9 +33,6 @@ pub struct StudyArguments {
     /// Rides of each case, each with a seed of its own [default: 4]
     #[arg(long, value_name = "NUMBER", requires = "against", value_parser = clap::value_parser!(u64).range(1..=1000))]
     rides: Option<u64>,
-    /// Write the study as an HTML page with figures
-    #[arg(long, value_name = "FILE", requires = "against")]
-    report: Option<PathBuf>,
 }
 
 impl StudyArguments {
@@ -61,20 +55,6 @@ impl StudyArguments {
             recipe,
             ..default
         }))
-    }
-
-    /// Writes a study: the table, JSON, the page.
-    pub fn write(&self, study: &assist::Study, output: &Output) -> Result<()> {
-        if let Some(path) = &self.report {
-            let typed: Vec<String> = std::env::args().skip(1).collect();
-            let provenance = format!("wobble {}", typed.join(" "));
-            file::write(path, assist::html(study, &provenance))?;
-            eprintln!("wrote {}", path.display());
-        }
-        for line in assist::headline(study) {
-            eprintln!("{line}");
-        }
-        output.json_or(study, || assist::table(study))
     }
 }
 
