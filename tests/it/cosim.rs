@@ -1,6 +1,6 @@
 //! The bicycle coupled with a controller of another maker, from outside.
 
-use crate::wobble::{Called, json, wobble};
+use crate::wobble::{Called, json, pack_example, wobble};
 use std::fs;
 use std::path::Path;
 use std::process::Command;
@@ -78,7 +78,7 @@ fn a_ride_with_a_controller_is_a_ride_file() {
     assert_eq!(last(&called.out), (2.0, 401));
     let file = FMUS.path().join("ride.csv");
     fs::write(&file, &called.out).expect("written");
-    let spectrum = json(FMUS.path(), "spectrum ride.csv --json");
+    let spectrum = json(FMUS.path(), "spectrum ride.csv --average 1s --json");
     assert!(spectrum.is_object() || spectrum.is_array());
 }
 
@@ -172,6 +172,49 @@ fn a_fall_is_an_end_and_its_time_the_last_row() {
     assert!(time < 1.0, "{time} s");
 }
 
+#[test]
+fn the_eigenvalues_of_the_closed_loop_are_how_it_grows() {
+    pack_example(
+        FMUS.path(),
+        "disturbance_observer",
+        "DisturbanceObserver.fmu",
+    );
+    let falling = "cosim --plant plant.fmu --controller DisturbanceObserver.fmu --bicycle section3";
+    let study =
+        format!("{falling} --against none --trails -.035 --loads 0 --rides 1 --stop 10s --json");
+    let study = json(FMUS.path(), &study);
+    let modes = &study["rows"][0]["modes"]["with"]["value"];
+    let fastest = &modes["eigenvalues"][0];
+    let [re, im] = [0, 1].map(|part| fastest[part].as_f64().expect("a number"));
+    // a ride so small that nothing bends, without what has no slope
+    let small = format!(
+        "{falling} --set trail=-.035 --set coulomb_friction=0 --set roll_start=1e-7 \
+         --set controller.steer_resolution=0 --stop .6s --json"
+    );
+    let small = json(FMUS.path(), &small);
+    let steer = small["outputs"]["steer"].as_array().expect("a column");
+    let steer: Vec<f64> = steer
+        .iter()
+        .map(|v| v.as_f64().expect("a number"))
+        .collect();
+    // the last of it is one growing swing: s₂ = a s₁ + b s₀ by least squares
+    let (mut n11, mut n12, mut n22, mut r1, mut r2) = (0.0, 0.0, 0.0, 0.0, 0.0);
+    for s in steer[steer.len() / 2..].windows(3) {
+        n11 += s[1] * s[1];
+        n12 += s[1] * s[0];
+        n22 += s[0] * s[0];
+        r1 += s[1] * s[2];
+        r2 += s[0] * s[2];
+    }
+    let det = n11 * n22 - n12 * n12;
+    let (a, b) = ((r1 * n22 - r2 * n12) / det, (n11 * r2 - n12 * r1) / det);
+    // z² = a z + b with complex z: |z|² = −b, Re z = a/2; samples are 5 ms apart
+    let growth = 0.5 * (-b).ln() / 0.005;
+    let omega = (0.5 * a / (-b).sqrt()).acos() / 0.005;
+    assert!((re - growth).abs() < 0.05 * growth, "{re} {growth}");
+    assert!((im.abs() - omega).abs() < 0.05 * omega, "{im} {omega}");
+}
+
 #[track_caller]
 fn refused(arguments: &str, code: i32, words: &str) {
     let called = wobble(FMUS.path(), arguments);
@@ -253,7 +296,7 @@ fn what_cannot_be_coupled_is_refused() {
     refused(
         "cosim --plant assist.fmu --load 20",
         2,
-        "expected a participant `plant` with the rows of the bicycle's table, found RollAssist",
+        "expected a participant `plant` with the rows of the bicycle's table, found `RollAssist`",
     );
     fs::write(
         FMUS.path().join("bad.toml"),

@@ -39,6 +39,8 @@ impl Coupling {
                 "the rider follows a course: no law of fixed gains".to_owned()
             ));
         }
+        let row = Parameters::index("steer_smoothing").expect("a row");
+        let widest = Parameters::TABLE[row].max;
         let upright = Parameters {
             roll_start: 0.0,
             steer_start: 0.0,
@@ -46,6 +48,8 @@ impl Coupling {
             steer_rate_start: 0.0,
             yaw_rate_start: 0.0,
             coulomb_friction: 0.0,
+            // of no slope upright, and so wide that small angles do not see it bend
+            steer_smoothing: widest,
             ..variation.of(bicycle)
         };
         let variation = Variation {

@@ -37,7 +37,9 @@ fn derivatives_and_pulses_find_the_same_eigenvalues_and_those_of_the_native_mode
         let (_folder, coupling) = alone(Changes {
             formulation: Some(formulation.to_owned()),
             load: Some("20kg".to_owned()),
-            set: vec!["coulomb_friction=0".to_owned()],
+            set: ["coulomb_friction=0", "steer_smoothing=.1"]
+                .map(str::to_owned)
+                .into(),
             ..Changes::default()
         });
         let variation = coupling.as_typed();
@@ -80,7 +82,7 @@ fn a_bicycle_that_nobody_rides_has_a_growing_mode() {
         set: gains
             .map(|gain| format!("{gain}=0"))
             .into_iter()
-            .chain(["coulomb_friction=0".to_owned()])
+            .chain(["coulomb_friction=0", "steer_smoothing=.1"].map(str::to_owned))
             .collect(),
         ..Changes::default()
     });

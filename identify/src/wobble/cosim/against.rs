@@ -65,6 +65,14 @@ pub fn prepare(coupling: &mut Coupling, cases: &mut Cases) {
         eprintln!("note: --line {frequency:.4}Hz: the slalom is masked");
     }
     let course = coupling.has_course();
+    let remnant = coupling
+        .bicycle
+        .as_ref()
+        .map_or(0.0, |b| b.excitation.remnant_intensity);
+    if course && remnant == 0.0 && cases.rides > 1 {
+        cases.rides = 1;
+        eprintln!("note: --rides 1: without a remnant all rides of a course are the same");
+    }
     if let Some(bicycle) = coupling.bicycle.as_mut().filter(|_| !course)
         && bicycle.excitation.remnant_intensity == 0.0
     {
