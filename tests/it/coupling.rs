@@ -23,11 +23,11 @@ impl Damper {
             direction,
             kind: Kind::Real,
             unit: None,
-            depends_on: if direction == Direction::Output {
+            depends_on: Some(if direction == Direction::Output {
                 vec![0]
             } else {
                 vec![]
-            },
+            }),
             nominal: 1.0,
         };
         Self {

@@ -27,7 +27,8 @@ pub(super) fn loops(members: &[Member], wires: &[Wire]) -> Vec<Loop> {
         let ports = members[member].participant.ports();
         let depends = |other: &&(usize, &Wire)| {
             let (source, output) = other.1.source;
-            source == member && ports[output].depends_on.contains(&input)
+            let known = ports[output].depends_on.as_ref();
+            source == member && known.is_none_or(|known| known.contains(&input))
         };
         wires
             .iter()

@@ -26,7 +26,7 @@ pub(super) struct Exchanged {
     pub slot: usize,
     /// Its typical size.
     pub nominal: f64,
-    /// It depends on an input at once, so it is as late as that.
+    /// It says that it depends on an input at once, so it is as late as that.
     pub lags: bool,
 }
 
@@ -86,9 +86,21 @@ impl<'a> Seat<'a> {
         Ok(changed)
     }
 
+    /// Publishes what others use of it: all that may be read before initialization is over.
+    pub fn publish_exchanged(&mut self, board: &mut [f64]) -> Result<(), Error> {
+        let slots = self.first..self.first + self.exchanged;
+        self.participant
+            .read(&self.seen[..self.exchanged], &mut board[slots])
+    }
+
+    /// Its places on the board.
+    pub fn slots(&self) -> std::ops::Range<usize> {
+        self.first..self.first + self.seen.len()
+    }
+
     /// Publishes what is seen of it.
     pub fn publish(&mut self, board: &mut [f64]) -> Result<(), Error> {
-        let slots = self.first..self.first + self.seen.len();
+        let slots = self.slots();
         self.participant.read(&self.seen, &mut board[slots])
     }
 
@@ -100,7 +112,7 @@ impl<'a> Seat<'a> {
         seen.map(move |(slot, &port)| Exchanged {
             slot,
             nominal: ports[port].nominal,
-            lags: ports[port].depends_on.iter().any(is_set),
+            lags: (ports[port].depends_on.as_ref()).is_some_and(|known| known.iter().any(is_set)),
         })
     }
 

@@ -4,7 +4,7 @@ use super::{Direction, Kind, Participant, Port};
 use crate::simulate::start_values;
 use crate::{Error, Fmu, Instance, SavedState, Step, Value};
 use model_description::{
-    Causality, ModelDescription, ScalarVariable, TypeDefinition, VariableType,
+    Causality, ModelDescription, ScalarVariable, TypeDefinition, Unit, VariableType,
 };
 
 /// An instance of an FMU with its start values.
@@ -112,22 +112,24 @@ fn ports(description: &ModelDescription) -> (Vec<Port>, Vec<u32>) {
                 _ => Direction::Other,
             },
             kind,
-            unit: description.unit(variable).cloned(),
-            depends_on: Vec::new(),
+            // a unit that is named and not defined is one all the same
+            unit: description.unit(variable).cloned().or_else(|| {
+                let name = variable.unit()?.to_owned();
+                Some(Unit {
+                    name,
+                    ..Unit::default()
+                })
+            }),
+            depends_on: Some(Vec::new()),
             nominal: nominal(variable, description),
         });
     }
-    let inputs: Vec<usize> = (0..ports.len())
-        .filter(|&port| ports[port].direction == Direction::Input)
-        .collect();
     let port_at = |index: &u32| port_of.get((*index as usize).wrapping_sub(1)).copied()?;
     for unknown in &description.structure.outputs {
         if let Some(output) = port_at(&unknown.index) {
-            // where nothing is said, it depends on every input (FMI 2.0 §2.2.8)
-            ports[output].depends_on = match &unknown.dependencies {
-                None => inputs.clone(),
-                Some(known) => known.iter().filter_map(port_at).collect(),
-            };
+            let known = unknown.dependencies.as_ref();
+            ports[output].depends_on =
+                known.map(|known| known.iter().filter_map(port_at).collect());
         }
     }
     (ports, references)
@@ -222,7 +224,6 @@ impl Participant for Foreign<'_> {
         self.list(ports, Kind::Integer);
         let l = &mut self.lists;
         l.integers.clear();
-        // they come of ports of the same kind, or of Booleans
         l.integers
             .extend(l.places.iter().map(|&place| values[place] as i32));
         self.instance.set_integer(&l.references, &l.integers)?;

@@ -47,8 +47,9 @@ pub struct Port {
     pub kind: Kind,
     /// Their unit, where one is stated.
     pub unit: Option<Unit>,
-    /// For an output the numbers of the inputs it depends on at a communication point.
-    pub depends_on: Vec<usize>,
+    /// For an output the numbers of the inputs it depends on at a communication point; none where
+    /// nobody says: it may be all of them.
+    pub depends_on: Option<Vec<usize>>,
     /// The size that an error is measured by, in its unit.
     pub nominal: f64,
 }

@@ -105,10 +105,10 @@ fn converts(from: Kind, to: Kind) -> bool {
     from == to || from == Kind::Integer && to == Kind::Real
 }
 
-/// Factor and offset from values in `from` to values in `to`; of the same name they are the same,
-/// whatever is known of them (FMI 2.0 §2.2.2).
+/// Factor and offset from values in `from` to values in `to`; of the same name they are the same
+/// where not both say what they are (FMI 2.0 §2.2.2).
 fn conversion(from: &Unit, to: &Unit) -> Option<(f64, f64)> {
-    if from.name == to.name {
+    if from.name == to.name && (from.base.is_none() || to.base.is_none()) {
         return Some((1.0, 0.0));
     }
     from.base?.conversion(&to.base?)

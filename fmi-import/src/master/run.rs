@@ -41,7 +41,8 @@ pub struct Plan {
 /// How a run ended.
 #[derive(Debug)]
 pub enum End {
-    /// At the stop.
+    /// At the stop; before it, at the last whole step, where a participant takes steps of one length
+    /// only.
     Complete,
     /// [`super::Watch::stop`] was called.
     Stopped,
@@ -71,6 +72,8 @@ pub struct Run {
     pub steps: u64,
     /// Of these, steps that were taken back because their error was too large.
     pub taken_back: u64,
+    /// Steps accepted though their error was too large: they could not be cut further.
+    pub forced: u64,
     /// Whether initial values settled; around a loop they need not.
     pub settled: bool,
 }
@@ -109,10 +112,14 @@ impl Points {
 
 /// What a run keeps account of.
 pub(super) struct Account {
+    /// What was published last.
     pub board: Vec<f64>,
+    /// What is recorded: of each member what it published when it had arrived.
+    pub shown: Vec<f64>,
     pub slots: Vec<usize>,
     pub steps: u64,
     pub taken_back: u64,
+    pub forced: u64,
 }
 
 impl Master<'_> {
@@ -138,11 +145,14 @@ impl Master<'_> {
         let (slots, count) = exchange::lay_out(&mut self.seats, &plan.record)?;
         let mut account = Account {
             board: vec![0.0; count],
+            shown: vec![0.0; count],
             slots,
             steps: 0,
             taken_back: 0,
+            forced: 0,
         };
         self.watch.take_rows();
+        self.watch.is_running(true);
         let (end, settled) = match self.initialize(plan, &mut account) {
             Ok(settled) => {
                 let end = match plan.tolerance {
@@ -154,11 +164,13 @@ impl Master<'_> {
             Err(error) => (Err(error), false),
         };
         let mut end = end.unwrap_or_else(End::Failed);
+        let terminated = self.terminate(plan.stop_time, &end);
         if matches!(end, End::Complete | End::Stopped)
-            && let Err(error) = self.terminate(plan.stop_time)
+            && let Err(error) = terminated
         {
             end = End::Failed(error);
         }
+        self.watch.is_running(false);
         let mut names = vec!["time".to_owned()];
         names.extend(plan.record.iter().map(ToString::to_string));
         let rows = self.watch.take_rows();
@@ -169,6 +181,7 @@ impl Master<'_> {
             end,
             steps: account.steps,
             taken_back: account.taken_back,
+            forced: account.forced,
             settled,
         })
     }
@@ -194,7 +207,12 @@ impl Master<'_> {
 
     /// Enters and leaves initialization mode; whether the values exchanged there settled.
     fn initialize(&mut self, plan: &Plan, account: &mut Account) -> Result<bool, Error> {
-        let Account { board, slots, .. } = account;
+        let Account {
+            board,
+            shown,
+            slots,
+            ..
+        } = account;
         let time = plan.start_time;
         for n in 0..self.seats.len() {
             self.call(n, time, |seat| {
@@ -207,7 +225,7 @@ impl Master<'_> {
             settled = false;
             for _ in 0..MOST_PASSES {
                 for n in 0..self.seats.len() {
-                    self.call(n, time, |seat| seat.publish(board))?;
+                    self.call(n, time, |seat| seat.publish_exchanged(board))?;
                 }
                 let mut changed = false;
                 for n in 0..self.seats.len() {
@@ -225,13 +243,25 @@ impl Master<'_> {
         for n in 0..self.seats.len() {
             self.call(n, time, |seat| seat.publish(board))?;
         }
-        self.watch.record(time, board, slots);
+        shown.copy_from_slice(board);
+        self.watch.record(time, shown, slots);
         Ok(settled)
     }
 
-    fn terminate(&mut self, time: f64) -> Result<(), Error> {
-        (0..self.seats.len())
-            .try_for_each(|n| self.call(n, time, |seat| seat.participant.terminate()))
+    /// Terminates all but the one that ended or failed; the first that refuses is told.
+    fn terminate(&mut self, time: f64, end: &End) -> Result<(), Error> {
+        let gone = match end {
+            End::Early { member, .. } | End::Failed(Error::Member { member, .. }) => Some(member),
+            _ => None,
+        };
+        let mut outcome = Ok(());
+        for n in 0..self.seats.len() {
+            if gone != Some(&self.seats[n].name) {
+                let terminated = self.call(n, time, |seat| seat.participant.terminate());
+                outcome = outcome.and(terminated);
+            }
+        }
+        outcome
     }
 
     /// Calls a seat and says who it was if that fails.

@@ -27,19 +27,25 @@ impl Master<'_> {
             let exchange = n > 0 || plan.initial_exchange;
             // the last steps of those that take several points may be shorter
             let until = |seat: usize| points.at((n + every[seat]).min(points.count));
-            let is_due = |seat: usize| n.is_multiple_of(every[seat]);
+            // one that takes steps of one length only does not begin one that it cannot finish
+            let whole: Vec<bool> = (self.seats.iter().zip(every))
+                .map(|(seat, every)| n + every <= points.count || seat.participant.can_vary_step())
+                .collect();
+            let is_due = |seat: usize| n.is_multiple_of(every[seat]) && whole[seat];
             let order = plan.algorithm;
             if let Some(ended) = self.sweep(from, order, exchange, is_due, until, account)? {
                 return Ok(self.end_early(ended, from, account));
             }
-            if order == Algorithm::Jacobi {
-                for (seat, every) in every.iter().enumerate() {
-                    if (n + 1).is_multiple_of(*every) || n + 1 == points.count {
+            for (seat, every) in every.iter().enumerate() {
+                if (n + 1).is_multiple_of(*every) || n + 1 == points.count {
+                    if order == Algorithm::Jacobi {
                         self.call(seat, to, |s| s.publish(&mut account.board))?;
                     }
+                    let slots = self.seats[seat].slots();
+                    account.shown[slots.clone()].copy_from_slice(&account.board[slots]);
                 }
             }
-            self.watch.record(to, &account.board, &account.slots);
+            self.watch.record(to, &account.shown, &account.slots);
         }
         Ok(End::Complete)
     }
@@ -78,7 +84,8 @@ impl Master<'_> {
         Ok(None)
     }
 
-    /// Records what can be seen at the end of a participant that ended within a step from `from`.
+    /// Records what can be seen at the end of a participant that ended within a step from `from`; of
+    /// the others what they were at the communication point before.
     pub(super) fn end_early(&mut self, ended: Ended, from: f64, account: &mut Account) -> End {
         let Ended { seat, step } = ended;
         let (mut time, mut said) = (from, Vec::new());
@@ -92,10 +99,14 @@ impl Master<'_> {
             // Reading after a discard is for those that can tell the time their values are of
             // (FMI 2.0 §4.2.4).
             if let Some(at) = last_successful_time.filter(|at| at.is_finite() && *at > from)
-                && self.seats[seat].publish(&mut account.board).is_ok()
+                && self
+                    .call(seat, at, |s| s.publish(&mut account.board))
+                    .is_ok()
             {
                 time = at;
-                self.watch.record(at, &account.board, &account.slots);
+                let slots = self.seats[seat].slots();
+                account.shown[slots.clone()].copy_from_slice(&account.board[slots]);
+                self.watch.record(at, &account.shown, &account.slots);
             }
         }
         End::Early {

@@ -6,7 +6,7 @@
 //! two halves C h²/2, and so is the difference. What steps may add to the error within [`MEMORY`] is
 //! the tolerance. So the error stays within it where the system forgets within that time, as one
 //! that a controller holds does; one that amplifies errors amplifies these too. An output that
-//! depends on an input at once lags by a step: its error is of the first order and does not add up,
+//! says that it depends on an input at once lags by a step: its error is of the first order and does not add up,
 //! so it may be the whole tolerance in each step.
 
 use super::exchange::Seat;
@@ -18,8 +18,9 @@ use crate::{Error, Step};
 
 /// Time in which steps may add the tolerance to the error \[s\].
 const MEMORY: f64 = 1.0;
-/// Steps are cut no further than to this share of the plan's.
-const SHORTEST: f64 = 1e-6;
+/// Steps are cut no further than to this share of the plan's: a relay that switches at once would
+/// have them cut without end.
+const SHORTEST: f64 = 1e-3;
 /// Aimed at, of the error allowed.
 const SAFETY: f64 = 0.8;
 /// A step is at most so much longer than the one before.
@@ -114,6 +115,7 @@ impl Master<'_> {
                 // errors over what is allowed fall with h
                 wanted = h * (SAFETY / excess).clamp(SHRINKAGE, GROWTH);
                 if excess <= 1.0 || shortest {
+                    account.forced += u64::from(excess > 1.0);
                     from = next;
                     exchange = true;
                 } else {
@@ -123,7 +125,8 @@ impl Master<'_> {
                 }
                 wanted = wanted.min(plan.step);
             }
-            self.watch.record(to, &account.board, &account.slots);
+            account.shown.copy_from_slice(&account.board);
+            self.watch.record(to, &account.shown, &account.slots);
         }
         Ok(End::Complete)
     }
@@ -157,7 +160,20 @@ impl Master<'_> {
             let allowed = if output.lags { 1.0 } else { share };
             difference / (output.nominal * allowed)
         });
-        Ok(Trial::Error(differences.fold(0.0, f64::max)))
+        // a difference that is no number is too large
+        let worse = |worst: f64, error: f64| {
+            if worst.is_nan() || error <= worst {
+                worst
+            } else {
+                error
+            }
+        };
+        let worst = differences.fold(0.0, worse);
+        Ok(Trial::Error(if worst.is_nan() {
+            f64::INFINITY
+        } else {
+            worst
+        }))
     }
 
     fn step_all(

@@ -12,13 +12,14 @@ pub struct Watch {
     member: AtomicUsize,
     time: AtomicU64,
     stop: AtomicBool,
+    running: AtomicBool,
     rows: Mutex<Vec<f64>>,
 }
 
 /// The call to a participant that is under way.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Call {
-    /// How many came before it.
+    /// Its number, from 1.
     pub number: u64,
     /// Name of the participant.
     pub member: String,
@@ -34,12 +35,14 @@ impl Watch {
             member: AtomicUsize::new(0),
             time: AtomicU64::new(f64::NAN.to_bits()),
             stop: AtomicBool::new(false),
+            running: AtomicBool::new(false),
             rows: Mutex::default(),
         }
     }
 
-    /// What is being called, or was last.
+    /// What is being called, or was last; none where nothing runs.
     pub fn call(&self) -> Option<Call> {
+        self.running.load(Relaxed).then_some(())?;
         Some(Call {
             number: self.calls.load(Relaxed),
             member: self.members.get(self.member.load(Relaxed))?.clone(),
@@ -47,7 +50,7 @@ impl Watch {
         })
     }
 
-    /// Ends the run at its next communication point.
+    /// Ends the run at its next communication point; a run that has not begun, at its start.
     pub fn stop(&self) {
         self.stop.store(true, Relaxed);
     }
@@ -61,6 +64,13 @@ impl Watch {
         self.rows.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
+    pub(super) fn is_running(&self, running: bool) {
+        self.running.store(running, Relaxed);
+        if !running {
+            self.stop.store(false, Relaxed);
+        }
+    }
+
     pub(super) fn begin(&self, member: usize, time: f64) {
         self.member.store(member, Relaxed);
         self.time.store(time.to_bits(), Relaxed);
@@ -71,10 +81,10 @@ impl Watch {
         self.stop.load(Relaxed)
     }
 
-    pub(super) fn record(&self, time: f64, board: &[f64], slots: &[usize]) {
+    pub(super) fn record(&self, time: f64, shown: &[f64], slots: &[usize]) {
         let mut rows = self.lock();
         rows.push(time);
-        rows.extend(slots.iter().map(|&slot| board[slot]));
+        rows.extend(slots.iter().map(|&slot| shown[slot]));
     }
 
     pub(super) fn take_rows(&self) -> Vec<f64> {

@@ -1,6 +1,6 @@
 //! What was typed, loaded and understood; runs of it.
 
-use super::opening::{member_step, not_ours, refuse_bicycle, ridden, sort, starts};
+use super::opening::{self, Opened, check_assignments, not_ours};
 use super::record::{self, Column};
 use super::rider::Rider;
 use super::setup::Setup;
@@ -30,16 +30,6 @@ pub struct Coupling {
     connect: Vec<String>,
     seed: u64,
     plan: Plan,
-}
-
-/// An FMU loaded, with its start values.
-pub(super) struct Opened {
-    pub name: String,
-    pub file: PathBuf,
-    pub fmu: Fmu,
-    rows: Vec<VariableRow>,
-    starts: Vec<(String, Value)>,
-    step: Option<f64>,
 }
 
 /// How a run differs from what was typed.
@@ -88,69 +78,13 @@ pub struct Ran {
 impl Coupling {
     /// Loads what was typed. What was done besides is told through `note`.
     pub fn open(setup: &Setup, note: &mut dyn FnMut(&str)) -> Result<Self> {
+        check_assignments(setup)?;
         let mut fmus = Vec::new();
         let mut bicycle = None;
-        let (of_members, of_plant) = sort(&setup.changes.set, &setup.fmus);
-        if let Some(text) = of_plant
-            .first()
-            .filter(|_| setup.fmus.iter().all(|fmu| fmu.name != PLANT))
-        {
-            return Err(not_ours("none").typed(format!("--set {text}")));
-        }
         for typed in &setup.fmus {
-            let archive = Archive::open(&typed.file)?;
-            let rows = archive.inspect().variables;
-            let mut set = typed.set.clone();
-            set.extend(
-                of_members
-                    .iter()
-                    .filter(|(name, _)| *name == typed.name)
-                    .map(|(_, a)| a.clone()),
-            );
-            let mut changes = Changes {
-                set: Vec::new(),
-                ..setup.changes.clone()
-            };
-            let ours = if typed.name == PLANT {
-                set.extend(of_plant.iter().cloned());
-                plant::bicycle(&archive.description().model_name, &rows)?
-            } else {
-                None
-            };
-            let starts = if let Some(of_fmu) = ours {
-                changes.set = set;
-                bicycle = Some(ridden(of_fmu, setup.bicycle.as_deref(), &changes)?);
-                Vec::new()
-            } else {
-                if typed.name == PLANT {
-                    refuse_bicycle(setup, &archive.description().model_name)?;
-                }
-                starts(&typed.name, &archive, &rows, &set)?
-            };
-            let own = archive
-                .description()
-                .default_experiment
-                .and_then(|e| e.step_size);
-            let step = typed
-                .step
-                .or(own.filter(|_| typed.name != PLANT && setup.tolerance.is_none()));
-            let step = match step {
-                Some(own) => Some(member_step(
-                    &typed.name,
-                    own,
-                    setup.step,
-                    typed.step.is_some(),
-                )?),
-                None => None,
-            };
-            fmus.push(Opened {
-                name: typed.name.clone(),
-                file: typed.file.clone(),
-                fmu: Fmu::load(archive)?,
-                rows,
-                starts,
-                step,
-            });
+            let (opened, ridden) = opening::open(typed, setup)?;
+            fmus.push(opened);
+            bicycle = bicycle.or(ridden);
         }
         if let Some(bicycle) = &mut bicycle {
             bicycle.notes.drain(..).for_each(|words| note(&words));

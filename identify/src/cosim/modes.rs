@@ -7,7 +7,8 @@
 //! controllers that sample, with states nobody lists, have eigenvalues as well.
 
 use super::PLANT;
-use super::coupling::{Coupling, Opened, Variation};
+use super::coupling::{Coupling, Variation};
+use super::opening::Opened;
 use super::{derivatives, realization};
 use crate::error::Result;
 use bicycle::{Input, Parameters, linear};
@@ -162,7 +163,7 @@ impl Pulse {
                 direction: Direction::Output,
                 kind: Kind::Real,
                 unit: Some(fmu::unit(&row.unit)),
-                depends_on: Vec::new(),
+                depends_on: Some(Vec::new()),
                 nominal: 1.0,
             }
         };

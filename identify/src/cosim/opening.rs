@@ -1,34 +1,91 @@
 //! From what was typed to what FMUs start with.
 
-use super::PLANT;
 use super::setup::{Setup, Typed};
+use super::{PLANT, plant};
 use crate::bicycles::{Bicycle, Changes};
 use crate::error::{Error, Result};
 use crate::variable;
-use fmi_import::{Archive, Value, VariableRow};
+use fmi_import::{Archive, Fmu, Value, VariableRow};
+use std::path::PathBuf;
 
-/// An assignment and the participant it is for.
-pub type Assigned = (String, String);
+/// An FMU loaded, with its start values.
+pub struct Opened {
+    pub name: String,
+    pub file: PathBuf,
+    pub fmu: Fmu,
+    pub rows: Vec<VariableRow>,
+    pub starts: Vec<(String, Value)>,
+    /// Its own communication step [s].
+    pub step: Option<f64>,
+}
 
-/// Sorts `[participant.]name=value` into those of participants and those of the plant.
-pub fn sort(set: &[String], fmus: &[Typed]) -> (Vec<Assigned>, Vec<String>) {
-    let mut of_members = Vec::new();
-    let mut of_plant = Vec::new();
-    for text in set {
-        let member = text
-            .split_once('.')
-            .filter(|(name, rest)| rest.contains('=') && fmus.iter().any(|fmu| fmu.name == *name));
-        match member {
-            Some((PLANT, rest)) => of_plant.push(rest.to_owned()),
-            Some((name, rest)) => of_members.push((name.to_owned(), rest.to_owned())),
-            None => of_plant.push(text.clone()),
+/// Loads what was typed; the bicycle besides, where it is one of ours.
+pub fn open(typed: &Typed, setup: &Setup) -> Result<(Opened, Option<Bicycle>)> {
+    let archive = Archive::open(&typed.file)?;
+    let rows = archive.inspect().variables;
+    let description = archive.description();
+    let is_plant = typed.name == PLANT;
+    let on_top = setup.changes.set.iter().filter_map(|text| {
+        let (member, assignment) = addressed(text, &setup.fmus);
+        (member == typed.name).then(|| assignment.to_owned())
+    });
+    let set = typed.set.iter().cloned().chain(on_top).collect();
+    let ours = if is_plant {
+        plant::bicycle(&description.model_name, &rows)?
+    } else {
+        None
+    };
+    let (starts, bicycle) = if let Some(of_fmu) = ours {
+        let changes = Changes {
+            set,
+            ..setup.changes.clone()
+        };
+        let ridden = ridden(of_fmu, setup.bicycle.as_deref(), &changes)?;
+        (Vec::new(), Some(ridden))
+    } else {
+        if is_plant {
+            refuse_bicycle(setup, &description.model_name)?;
         }
+        (starts(&typed.name, &archive, &rows, &set)?, None)
+    };
+    // a plant is stepped as the plan has it, and so is everything where steps are cut
+    let suggested = description.default_experiment.and_then(|e| e.step_size);
+    let suggested = suggested.filter(|_| !is_plant && setup.tolerance.is_none());
+    let own = typed.step.or(suggested);
+    let step = own.map(|own| member_step(&typed.name, own, setup.step, typed.step.is_some()));
+    let opened = Opened {
+        name: typed.name.clone(),
+        file: typed.file.clone(),
+        step: step.transpose()?,
+        fmu: Fmu::load(archive)?,
+        rows,
+        starts,
+    };
+    Ok((opened, bicycle))
+}
+
+/// For whom `[participant.]name=value` is, and the rest; without a participant for the plant.
+fn addressed<'a>(text: &'a str, fmus: &[Typed]) -> (&'a str, &'a str) {
+    let is_member = |(name, rest): &(&str, &str)| {
+        rest.contains('=') && fmus.iter().any(|fmu| fmu.name == *name)
+    };
+    text.split_once('.')
+        .filter(is_member)
+        .unwrap_or((PLANT, text))
+}
+
+/// What is set of a plant is for one that is there.
+pub fn check_assignments(setup: &Setup) -> Result<()> {
+    let has_plant = setup.fmus.iter().any(|fmu| fmu.name == PLANT);
+    let mut set = setup.changes.set.iter();
+    match set.find(|text| !has_plant && addressed(text, &setup.fmus).0 == PLANT) {
+        Some(text) => Err(not_ours("none").typed(format!("--set {text}"))),
+        None => Ok(()),
     }
-    (of_members, of_plant)
 }
 
 /// The bicycle to ride: what the FMU starts with, or the one called `name`, with changes.
-pub fn ridden(of_fmu: Bicycle, name: Option<&str>, changes: &Changes) -> Result<Bicycle> {
+fn ridden(of_fmu: Bicycle, name: Option<&str>, changes: &Changes) -> Result<Bicycle> {
     if let Some(name) = name {
         return Bicycle::open(name, changes).map_err(|cause| match cause {
             Error::Unknown { .. } => cause.typed(format!("--bicycle {name}")),
@@ -48,7 +105,7 @@ pub fn not_ours(found: &str) -> Error {
 }
 
 /// What is typed of a bicycle is for a plant that is one.
-pub fn refuse_bicycle(setup: &Setup, model: &str) -> Result<()> {
+fn refuse_bicycle(setup: &Setup, model: &str) -> Result<()> {
     let Changes {
         rider,
         load,
@@ -71,7 +128,7 @@ pub fn refuse_bicycle(setup: &Setup, model: &str) -> Result<()> {
 }
 
 /// Start values of an FMU, from assignments to its variables.
-pub fn starts(
+fn starts(
     member: &str,
     archive: &Archive,
     rows: &[VariableRow],
@@ -94,7 +151,7 @@ pub fn starts(
 
 /// The communication step of a participant with a sample time of its own: that, or the plan's where
 /// that is a multiple.
-pub fn member_step(member: &str, own: f64, step: f64, is_typed: bool) -> Result<f64> {
+fn member_step(member: &str, own: f64, step: f64, is_typed: bool) -> Result<f64> {
     let divides = |a: f64, b: f64| {
         let ratio = (b / a).round();
         ratio >= 1.0 && (ratio * a - b).abs() <= 1e-9 * b

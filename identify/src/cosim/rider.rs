@@ -79,7 +79,7 @@ pub fn ports(on_course: bool) -> Vec<Port> {
         direction,
         kind: Kind::Real,
         unit: Some(fmu::unit(&quantity.unit)),
-        depends_on: Vec::new(),
+        depends_on: Some(Vec::new()),
         nominal: 1.0,
     };
     let inputs = Output::TABLE.iter().filter(|_| on_course);

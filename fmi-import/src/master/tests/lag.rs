@@ -13,6 +13,8 @@ pub struct Lag {
     pub end: f64,
     /// Whether steps from 0 on are refused that are longer than this [s].
     pub longest: f64,
+    /// The only length of its steps [s], if there is one.
+    pub only: Option<f64>,
     pub can_keep: bool,
     pub x: f64,
     pub input: f64,
@@ -26,7 +28,7 @@ pub fn port(name: &str, direction: Direction) -> Port {
         direction,
         kind: Kind::Real,
         unit: None,
-        depends_on: Vec::new(),
+        depends_on: Some(Vec::new()),
         nominal: 1.0,
     }
 }
@@ -39,6 +41,7 @@ impl Lag {
             start,
             end: f64::INFINITY,
             longest: f64::INFINITY,
+            only: None,
             can_keep: true,
             x: start,
             input: 0.0,
@@ -80,6 +83,9 @@ impl Participant for Lag {
     }
 
     fn step(&mut self, point: f64, h: f64) -> Result<Step, Error> {
+        if let Some(only) = self.only {
+            assert!((h - only).abs() < 1e-9, "a step of {h} s");
+        }
         let arrives = point + h <= self.end;
         let h = h.min(self.end - point);
         if !arrives || h > self.longest {
@@ -97,7 +103,7 @@ impl Participant for Lag {
     }
 
     fn can_vary_step(&self) -> bool {
-        true
+        self.only.is_none()
     }
 
     fn can_keep(&self) -> bool {

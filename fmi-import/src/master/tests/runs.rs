@@ -247,15 +247,79 @@ fn a_value_that_is_none_is_refused_by_name_and_time() {
 }
 
 #[test]
-fn a_run_can_be_watched_and_stopped() {
+fn a_run_can_be_stopped_and_the_next_one_goes_on() {
     let mut master = master();
     let watch = master.watch();
     watch.stop();
     let run = master.run(&plan(0.1)).expect("ran");
     assert!(matches!(run.end, End::Stopped));
     assert_eq!(run.columns[0], [0.0]);
-    let call = watch.call().expect("called");
-    assert_eq!((call.member.as_str(), call.number), ("y", 16));
+    // nothing is being called any more
+    assert_eq!(watch.call(), None);
+    let run = master.run(&plan(0.1)).expect("ran");
+    assert!(matches!(run.end, End::Complete));
+    assert_eq!(run.columns[0].len(), 21);
+}
+
+#[test]
+fn under_gauss_seidel_too_a_slow_member_is_recorded_when_it_has_arrived() {
+    let mut members = pair();
+    members[1].step = Some(0.5);
+    let mut master = Master::new(members, coupled()).expect("connected");
+    let plan = Plan {
+        stop_time: 1.0,
+        algorithm: Algorithm::GaussSeidel,
+        ..plan(0.25)
+    };
+    let y = master.run(&plan).expect("ran").columns[2].clone();
+    assert_eq!((y[0], y[1]), (0.5, 0.5));
+    assert!(y[2] != y[1] && y[2] == y[3] && y[4] != y[3], "{y:?}");
+}
+
+#[test]
+fn one_that_takes_steps_of_one_length_only_begins_none_that_it_cannot_finish() {
+    let mut members = pair();
+    members[1] = member(
+        "y",
+        Lag {
+            only: Some(0.5),
+            ..Lag::new(3.0, -1.0, 0.5)
+        },
+    );
+    members[1].step = Some(0.5);
+    let mut master = Master::new(members, coupled()).expect("connected");
+    let plan = Plan {
+        stop_time: 1.2,
+        ..plan(0.1)
+    };
+    let run = master.run(&plan).expect("ran");
+    assert!(matches!(run.end, End::Complete), "{:?}", run.end);
+    assert_eq!(last(&run)[0], 1.2);
+    assert_eq!(run.columns[2][10], run.columns[2][12]);
+}
+
+#[test]
+fn an_fmu_that_says_nothing_of_dependencies_is_held_to_the_tolerance_all_the_same() {
+    let silent = |mut lag: Lag| {
+        lag.ports[1].depends_on = None;
+        lag
+    };
+    let members = vec![
+        member("x", silent(Lag::new(1.0, 2.0, 1.0))),
+        member("y", silent(Lag::new(3.0, -1.0, 0.5))),
+    ];
+    let mut master = Master::new(members, coupled()).expect("connected");
+    // it may depend on its input at once, so there may be a loop
+    assert_eq!(master.loops().len(), 1);
+    for tolerance in [1e-2, 1e-3] {
+        let plan = Plan {
+            tolerance: Some(tolerance),
+            ..plan(0.25)
+        };
+        let run = master.run(&plan).expect("ran");
+        assert!(error(&run) < tolerance, "{tolerance}: {}", error(&run));
+        assert_eq!(run.forced, 0);
+    }
 }
 
 #[test]

@@ -59,7 +59,7 @@ fn unit(name: &str, m: i32) -> Unit {
 /// `out` depends on `in` at once, if `through`; there is a switch, and something local.
 fn sketch(name: &str, through: bool) -> Member<'static> {
     let mut out = port("out", Direction::Output);
-    out.depends_on = if through { vec![0] } else { vec![] };
+    out.depends_on = Some(if through { vec![0] } else { vec![] });
     out.unit = Some(unit("m", 1));
     let mut switch = port("switch", Direction::Output);
     switch.kind = Kind::Boolean;
