@@ -317,10 +317,10 @@ pub enum Error {
     /// A bicycle that cannot be simulated or linearised with these parameters.
     #[error("{0}")]
     Refused(#[from] bicycle::simulate::Refusal),
-    /// A communication step that does not go with a participant's sample time.
+    /// A communication step that does not go with a participant's own.
     #[error(
-        "step: expected {own} s, the sample time of {member}, to be a multiple of the communication \
-         step or to go into it, found {step} s"
+        "step: expected {own} s, the step of {member}, to be a multiple of the communication step or \
+         to go into it, found {step} s"
     )]
     SampleTime { member: String, own: f64, step: f64 },
     /// A participant that ended of itself and with it the ride.

@@ -250,15 +250,11 @@ fn what_cannot_be_coupled_is_refused() {
         2,
         "controller.roll: expected one source, found two, plant.roll and plant.steer",
     );
-    coupled(
-        "--step 3ms",
-        2,
-        "expected 0.005 s, the sample time of controller",
-    );
+    coupled("--step 3ms", 2, "expected 0.005 s, the step of controller");
     coupled(
         "--step 2ms --controller-step 5ms",
         2,
-        "the sample time of controller",
+        "the step of controller",
     );
     coupled("--step 0", 2, "expected a time above 0 s");
     coupled("--stop -1s", 2, "expected a time above 0 s");

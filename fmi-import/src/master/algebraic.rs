@@ -27,8 +27,10 @@ pub(super) fn loops(members: &[Member], wires: &[Wire]) -> Vec<Loop> {
         let ports = members[member].participant.ports();
         let depends = |other: &&(usize, &Wire)| {
             let (source, output) = other.1.source;
-            let known = ports[output].depends_on.as_ref();
-            source == member && known.is_none_or(|known| known.contains(&input))
+            source == member && {
+                let known = ports[output].depends_on.as_ref();
+                known.is_none_or(|known| known.contains(&input))
+            }
         };
         wires
             .iter()

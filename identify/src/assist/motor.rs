@@ -7,9 +7,9 @@ use serde::Serialize;
 
 /// What the motor does, each a mean over the rides but the peak.
 ///
-/// Power is torque × steer rate at the samples, each standing for one step. A torque that is held
-/// between samples does its work half a step later than that: at 5 ms and 1.2 Hz this is 2 % of the
-/// power that swings to and fro, and vanishes with the step.
+/// Power is torque × steer rate at the samples, each standing for one step. Of a torque that is held
+/// over the steps of a simulation that is exact where the rate is the mean over the step in which
+/// the torque acted.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Motor {
     /// Largest torque, either way [N m].

@@ -5,17 +5,18 @@ use super::record::{self, Column};
 use super::rider::Rider;
 use super::setup::Setup;
 use super::{PLANT, RIDER, plant, wires};
-use crate::bicycles::{Bicycle, Changes};
+use crate::bicycles::Bicycle;
 use crate::course;
 use crate::error::Result;
 use crate::ride::TIME;
 
-use bicycle::course::Layout;
+use bicycle::course::{LATERAL_OFFSET, Layout};
 use bicycle::rider::{Manner, Preview, Schedule};
 use bicycle::{Input, Parameters};
-use fmi_import::master::{Foreign, Master, Member, Participant, Plan, Run, Watch, by_name};
-use fmi_import::{Archive, Fmu, Value, VariableRow};
-use std::path::PathBuf;
+use fmi_import::master::{
+    Connection, Foreign, Master, Member, Participant, Plan, Run, Watch, by_name,
+};
+use fmi_import::{Value, VariableRow};
 use std::sync::Arc;
 
 /// How long a run is where nothing else says so [s].
@@ -27,7 +28,7 @@ pub struct Coupling {
     /// The plant, where it is one of ours.
     pub bicycle: Option<Bicycle>,
     course: Option<(Layout, Manner)>,
-    connect: Vec<String>,
+    connections: Vec<Connection>,
     seed: u64,
     plan: Plan,
 }
@@ -41,7 +42,8 @@ pub struct Variation<'a> {
     pub seed: u64,
     /// The participant that is left out.
     pub without: Option<&'a str>,
-    /// Quantisers of controllers, rows called `…_resolution`, are taken out.
+    /// For small motions: without quantisers of controllers (rows called `…_resolution`), and with
+    /// no input of the plant but its speed.
     pub smooth: bool,
 }
 
@@ -67,6 +69,8 @@ pub struct Begun {
 pub struct Ran {
     /// What the master left; names are those of the columns.
     pub run: Run,
+    /// Where it was to stop [s].
+    pub stop: f64,
     /// The unit of each column.
     pub units: Vec<Option<String>>,
     /// What was connected, in words.
@@ -103,11 +107,11 @@ impl Coupling {
             (Some((layout, _)), Some(bicycle)) => layout.course().length() / bicycle.input.speed,
             _ => DURATION,
         });
-        Ok(Self {
+        let mut coupling = Self {
             fmus,
             bicycle,
             course,
-            connect: setup.connect.clone(),
+            connections: Vec::new(),
             seed: setup.seed,
             plan: Plan {
                 start_time: 0.0,
@@ -118,7 +122,9 @@ impl Coupling {
                 initial_exchange: setup.initial_exchange,
                 record: Vec::new(),
             },
-        })
+        };
+        coupling.connections = coupling.connect(&setup.connect)?;
+        Ok(coupling)
     }
 
     /// What was typed, without a difference.
@@ -178,7 +184,7 @@ impl Coupling {
             .chain(columns.iter().map(name))
             .collect();
         let unit = |column: &Column| column.unit.clone();
-        let units: Vec<_> = [Some("s".to_owned())]
+        let mut units: Vec<_> = [Some("s".to_owned())]
             .into_iter()
             .chain(columns.iter().map(unit))
             .collect();
@@ -193,8 +199,10 @@ impl Coupling {
             ..self.plan.clone()
         })?;
         run.names = names;
+        self.add_offset(&mut run, &mut units);
         Ok(Ran {
             run,
+            stop: self.plan.stop_time,
             units,
             connections: master
                 .connections()
@@ -205,12 +213,30 @@ impl Coupling {
         })
     }
 
+    /// Where the bicycle was beside its course, row by row.
+    fn add_offset(&self, run: &mut Run, units: &mut Vec<Option<String>>) {
+        let column = |name: &str| {
+            let index = run.names.iter().position(|known| known == name)?;
+            Some(&run.columns[index])
+        };
+        let (Some((layout, _)), Some(x), Some(y)) = (&self.course, column("x"), column("y")) else {
+            return;
+        };
+        let course = layout.course();
+        let mut near = 0.0;
+        let offsets = x.iter().zip(y).map(|(x, y)| {
+            let place = course.locate(*x, *y, near);
+            near = place.arc_length;
+            place.offset
+        });
+        run.columns.push(offsets.collect());
+        run.names.push(LATERAL_OFFSET.name.to_owned());
+        units.push(Some(LATERAL_OFFSET.unit.symbol.to_owned()));
+    }
+
     /// The participants, connected.
     pub fn master(&self, variation: &Variation) -> Result<Master<'_>> {
-        let rider: Option<Box<dyn Participant>> = match &self.bicycle {
-            Some(bicycle) => Some(Box::new(self.rider(bicycle, variation)?)),
-            None => None,
-        };
+        let rider = self.in_the_saddle(variation)?;
         self.master_with(variation, rider)
     }
 
@@ -220,6 +246,22 @@ impl Coupling {
         variation: &Variation,
         rider: Option<Box<dyn Participant + 'a>>,
     ) -> Result<Master<'a>> {
+        let members = self.members(variation, rider)?;
+        let is_here = |name: &str| members.iter().any(|member| member.name == name);
+        let both_here =
+            |c: &&Connection| is_here(&c.source.participant) && is_here(&c.target.participant);
+        let mut connections: Vec<_> = self.connections.iter().filter(both_here).cloned().collect();
+        // one in the rider's place may give more
+        let more = by_name(&members, &connections);
+        connections.extend(more.into_iter().filter(|c| c.source.participant == RIDER));
+        Ok(Master::new(members, connections)?)
+    }
+
+    fn members<'a>(
+        &'a self,
+        variation: &Variation,
+        rider: Option<Box<dyn Participant + 'a>>,
+    ) -> Result<Vec<Member<'a>>> {
         let rider = rider.map(|participant| Member {
             name: RIDER.to_owned(),
             participant,
@@ -234,17 +276,30 @@ impl Coupling {
                 step: fmu.step,
             });
         }
-        let mut connections = Vec::new();
-        for text in &self.connect {
-            match wires::connection(text, &members) {
-                Ok(connection) => connections.push(connection),
-                // it was the one left out
-                Err(_) if variation.without.is_some() => {}
-                Err(error) => return Err(error),
-            }
-        }
+        Ok(members)
+    }
+
+    /// What is connected where all take part: what was typed, and equal names.
+    fn connect(&self, typed: &[String]) -> Result<Vec<Connection>> {
+        let variation = self.as_typed();
+        let members = self.members(&variation, self.in_the_saddle(&variation)?)?;
+        let mut connections = typed
+            .iter()
+            .map(|text| wires::connection(text, &members))
+            .collect::<Result<Vec<_>>>()?;
         connections.extend(by_name(&members, &connections));
-        Ok(Master::new(members, connections)?)
+        Ok(Master::new(members, connections)?.connections().to_vec())
+    }
+
+    /// The rider, where the plant is one of ours.
+    fn in_the_saddle<'a>(
+        &self,
+        variation: &Variation,
+    ) -> Result<Option<Box<dyn Participant + 'a>>> {
+        Ok(match &self.bicycle {
+            Some(bicycle) => Some(Box::new(self.rider(bicycle, variation)?)),
+            None => None,
+        })
     }
 
     /// The FMUs that take part.
@@ -320,6 +375,14 @@ impl Coupling {
         } else {
             parameters
         };
-        plant::starts(rows, &parameters, &bicycle.input, bicycle.formulation)
+        let input = if variation.smooth {
+            Input {
+                speed: bicycle.input.speed,
+                ..Input::ZERO
+            }
+        } else {
+            bicycle.input
+        };
+        plant::starts(rows, &parameters, &input, bicycle.formulation)
     }
 }

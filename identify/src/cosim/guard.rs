@@ -10,16 +10,16 @@ use std::time::{Duration, Instant};
 /// Looks are that far apart.
 const LOOK: Duration = Duration::from_millis(20);
 
-/// A participant that did not come back. Its thread is lost: the process has to end.
+/// An FMU that did not come back. Its thread is lost: the process has to end.
 #[derive(Debug, thiserror::Error)]
-#[error("{} at {} s: expected an answer within {} s, found none", .call.member, .call.time, .timeout.as_secs_f64())]
+#[error("{what}: expected an answer within {} s, found none", .timeout.as_secs_f64())]
 pub struct Hung {
-    /// What was called.
-    pub call: Call,
+    /// What was called, and when.
+    pub what: String,
     /// How long it was waited for.
     pub timeout: Duration,
-    /// The run, and what was reached of it.
-    pub begun: Begun,
+    /// The run, and what was reached of it; none where an FMU hung while it was loaded.
+    pub begun: Option<Begun>,
 }
 
 enum Told<T> {
@@ -43,6 +43,7 @@ pub fn guarded<T: Send + 'static>(
     });
     let mut runs = 0;
     let mut current: Option<Begun> = None;
+    // the call that was seen last, and since when
     let mut last = (0, Instant::now());
     loop {
         match receiver.recv_timeout(LOOK) {
@@ -53,17 +54,27 @@ pub fn guarded<T: Send + 'static>(
                 last = (0, Instant::now());
             }
             Err(RecvTimeoutError::Timeout) => {
-                let Some(begun) = &current else { continue };
-                let Some(call) = begun.watch.call() else {
-                    continue;
+                let what = match &current {
+                    None => "loading".to_owned(),
+                    // between runs nothing is called
+                    Some(begun) => match begun.watch.call() {
+                        None => {
+                            last = (0, Instant::now());
+                            continue;
+                        }
+                        Some(call) => {
+                            look(runs, &call);
+                            if call.number != last.0 {
+                                last = (call.number, Instant::now());
+                            }
+                            format!("{} at {} s", call.member, call.time)
+                        }
+                    },
                 };
-                look(runs, &call);
-                if call.number != last.0 {
-                    last = (call.number, Instant::now());
-                } else if call.number > 0 && last.1.elapsed() > timeout {
-                    let begun = begun.clone();
+                if last.1.elapsed() > timeout {
+                    let begun = current;
                     return Err(Hung {
-                        call,
+                        what,
                         timeout,
                         begun,
                     });

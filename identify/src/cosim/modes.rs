@@ -2,34 +2,43 @@
 //!
 //! Where every FMU lists its states and declares directional derivatives, from these. Else from how
 //! the coupled system answers a small pulse of steer torque and one of roll moment: the answers,
-//! sampled with the longest communication step of a participant, are those of a linear system, which
-//! the eigensystem realization algorithm finds (Juang & Pappa 1985, *J. Guidance* 8(5)). So
+//! sampled with the longest communication step of a participant, are those of a linear system, delays
+//! of the exchange within, which the eigensystem realization algorithm finds (Juang & Pappa 1985, *J. Guidance* 8(5)). So
 //! controllers that sample, with states nobody lists, have eigenvalues as well.
 
 use super::PLANT;
-use super::coupling::{Coupling, Variation};
+use super::coupling::{Begun, Coupling, Variation};
 use super::opening::Opened;
 use super::{derivatives, realization};
 use crate::error::Result;
 use bicycle::{Input, Parameters, linear};
-use fmi_import::master::{Direction, End, Kind, Participant, Plan, Port, Terminal};
+use fmi_import::master::{Algorithm, Direction, End, Kind, Participant, Plan, Port, Terminal};
 use fmi_import::{Error, Step};
 use nalgebra::Complex;
 
 /// Eigenvalues [1/s] and how they were found; or why there are none, a clause.
 pub type Modes = std::result::Result<(Vec<Complex<f64>>, &'static str), String>;
 
-/// Free motion looked at [s]: a period of the slowest oscillation that matters; less where growth
-/// soon hides all that decays.
-const TIMES: [f64; 3] = [1.25, 0.6, 0.3];
-/// Pulse of steer torque and of roll moment [N m]: so small that angles are some 1e-6 rad, where
-/// every equation is straight to 1e-12, and answers still have ten digits.
-const PULSE: f64 = 1e-3;
+/// Free motion looked at [s]: a period of the slowest oscillation that matters.
+const TIME: f64 = 1.25;
+/// What grows is looked at until it is that many times as large as in the first samples: further on
+/// it hides all that decays.
+const GROWTH: f64 = 300.0;
+/// First samples, and how few are enough.
+const FIRST: usize = 12;
+/// Samples at most: with more of them the step between is made longer.
+const MOST_SAMPLES: usize = 250;
+/// Pulse of steer torque and of roll moment [N m]: so small that angles are some 1e-9 rad, where
+/// every equation is straight; numbers near 0 have all their digits.
+const PULSE: f64 = 1e-6;
+/// An eigenvalue is believed that is found from every sample and from every other, that near to each
+/// other: the images of a slow one at multiples of a sampling rate are not, nor is what noise makes.
+const AGREEMENT: f64 = 0.01;
 
 impl Coupling {
     /// Eigenvalues about standing upright, at the speed of the start, without what has no slope
     /// there: Coulomb friction, and the steps of quantisers (rows called `…_resolution`).
-    pub fn modes(&self, variation: &Variation) -> Result<Modes> {
+    pub fn modes(&self, variation: &Variation, begun: &mut dyn FnMut(Begun)) -> Result<Modes> {
         let Some(bicycle) = &self.bicycle else {
             return Ok(Err(
                 "the plant is none of the bicycles known natively".to_owned()
@@ -61,7 +70,7 @@ impl Coupling {
         if let Some(values) = self.by_derivatives(&variation)? {
             return Ok(Ok((values, "directional derivatives")));
         }
-        self.by_pulses(&variation, bicycle.input.speed)
+        self.by_pulses(&variation, bicycle.input.speed, begun)
     }
 
     /// From directional derivatives; none where an FMU does not declare them, or lists no states.
@@ -70,8 +79,10 @@ impl Coupling {
         if !self.present(variation).all(lists) {
             return Ok(None);
         }
-        let master = self.master(variation)?;
-        let connections = master.connections();
+        let (connections, factors) = {
+            let master = self.master(variation)?;
+            (master.connections().to_vec(), master.factors().to_vec())
+        };
         let mut linear = Vec::new();
         for opened in self.present(variation) {
             let starts = self.starts_of(opened, variation);
@@ -79,47 +90,47 @@ impl Coupling {
                 &opened.fmu,
                 &opened.name,
                 &starts,
-                connections,
+                &connections,
             )?);
         }
-        Ok(derivatives::coupled(&linear, master.factors()).map(|a| linear::eigenvalues(&a)))
+        Ok(derivatives::coupled(&linear, &factors).map(|a| linear::eigenvalues(&a)))
     }
 
-    /// From the answers to pulses at `speed` [m/s].
-    fn by_pulses(&self, variation: &Variation, speed: f64) -> Result<Modes> {
-        let mut first = None;
-        for time in TIMES {
-            let found = self.by_pulses_within(time, variation, speed)?;
-            match found {
-                Ok(modes) => return Ok(Ok(modes)),
-                Err(reason) => first = first.or(Some(reason)),
-            }
-        }
-        Ok(Err(first.unwrap_or_default()))
-    }
-
-    fn by_pulses_within(&self, time: f64, variation: &Variation, speed: f64) -> Result<Modes> {
-        let seen = ["roll", "steer", "roll_rate", "steer_rate", "yaw_rate"];
+    /// From the answers to pulses at `speed` [m/s], values travelling Jacobi's way.
+    fn by_pulses(
+        &self,
+        variation: &Variation,
+        speed: f64,
+        begun: &mut dyn FnMut(Begun),
+    ) -> Result<Modes> {
+        // a sample is a whole number of everybody's steps
+        let longest = self.longest_step();
+        let stride = (TIME / longest / MOST_SAMPLES as f64).ceil().max(1.0);
+        let every = stride * longest;
+        let record = SEEN.map(|variable| Terminal {
+            participant: PLANT.to_owned(),
+            variable: variable.to_owned(),
+        });
         let plan = Plan {
-            stop_time: time,
+            stop_time: (TIME / every).floor().max(1.0) * every,
+            algorithm: Algorithm::Jacobi,
             tolerance: None,
             initial_exchange: true,
-            record: seen
-                .map(|variable| Terminal {
-                    participant: PLANT.to_owned(),
-                    variable: variable.to_owned(),
-                })
-                .into(),
+            record: record.into(),
             ..self.plan().clone()
         };
-        let every = self.longest_step();
         let rows = (every / plan.step).round() as usize;
         let mut answers = Vec::new();
-        for input in ["steer_torque", "roll_moment"] {
+        for input in [STEER_TORQUE, ROLL_MOMENT] {
             let mut sides = Vec::new();
             for sign in [1.0, -1.0] {
                 let pulse = Pulse::new(input, sign * PULSE, speed);
                 let mut master = self.master_with(variation, Some(Box::new(pulse)))?;
+                begun(Begun {
+                    watch: master.watch(),
+                    names: SEEN.map(str::to_owned).into(),
+                    units: vec![None; SEEN.len()],
+                });
                 let run = master.run(&plan)?;
                 match run.end {
                     End::Complete | End::Stopped => sides.push(run.columns),
@@ -137,25 +148,69 @@ impl Coupling {
                 let differences = differences.map(|(a, b)| 0.5 * (a - b));
                 differences.skip(rows).step_by(rows).collect()
             };
-            answers.push((1..=seen.len()).map(column).collect::<Vec<_>>());
+            answers.push((1..=SEEN.len()).map(column).collect::<Vec<_>>());
         }
-        Ok(realization::eigenvalues(&answers).map(|values| {
+        let seen = before_growth(&answers);
+        let [slow, fast] = [2, 1].map(|stride| {
+            let of =
+                |samples: &Vec<f64>| samples.iter().take(seen).step_by(stride).copied().collect();
+            let thinned: Vec<Vec<Vec<f64>>> = (answers.iter())
+                .map(|motion| motion.iter().map(of).collect())
+                .collect();
             // what is faster than the samples tell: delays, and what dies within one
-            let slow = values.into_iter().filter(|z| z.norm() > realization::GONE);
-            (slow.map(|z| z.ln() / every).collect(), "answers to pulses")
-        }))
+            realization::eigenvalues(&thinned).map(|values| {
+                let told = values.into_iter().filter(|z| z.norm() > realization::GONE);
+                told.map(|z| z.ln() / (stride as f64 * every))
+                    .collect::<Vec<_>>()
+            })
+        });
+        let agreed = fast.and_then(|mut values| {
+            let others = slow?;
+            let near = |a: &Complex<f64>, b: &Complex<f64>| (a - b).norm() < AGREEMENT * a.norm();
+            values.retain(|value| others.iter().any(|other| near(value, other)));
+            Ok(values)
+        });
+        Ok(match agreed {
+            Ok(values) if values.is_empty() => {
+                Err("no eigenvalue is the same from every sample and every other".to_owned())
+            }
+            agreed => agreed.map(|values| (values, "answers to pulses")),
+        })
     }
 }
 
-/// In the rider's place: the speed, and a pulse in the first step.
+/// How many samples there are before something has grown too large.
+fn before_growth(answers: &[Vec<Vec<f64>>]) -> usize {
+    let samples = answers.iter().flatten();
+    let large = |samples: &Vec<f64>| {
+        let first = samples
+            .iter()
+            .take(FIRST)
+            .fold(0.0, |most: f64, y| most.max(y.abs()));
+        let too_large = samples
+            .iter()
+            .position(|y| y.abs() > GROWTH * first && first > 0.0);
+        too_large.unwrap_or(samples.len()).max(FIRST)
+    };
+    samples.map(large).min().unwrap_or(0)
+}
+
+const SEEN: [&str; 5] = ["roll", "steer", "roll_rate", "steer_rate", "yaw_rate"];
+const STEER_TORQUE: &str = "steer_torque";
+const ROLL_MOMENT: &str = "roll_moment";
+
+/// In the rider's place: the speed, and a pulse of one input in the first step.
 struct Pulse {
     ports: Vec<Port>,
-    speed: f64,
-    torque: f64,
+    /// One for each port: what it is in the first step and what from then on.
+    values: [[f64; 2]; 3],
+    /// Whether the first step is over.
+    over: bool,
 }
 
 impl Pulse {
-    fn new(input: &str, pulse: f64, speed: f64) -> Self {
+    fn new(input: &str, torque: f64, speed: f64) -> Self {
+        let names = ["speed", STEER_TORQUE, ROLL_MOMENT];
         let port = |name: &str| {
             let row = &Input::TABLE[Input::index(name).expect("a row")];
             Port {
@@ -167,10 +222,17 @@ impl Pulse {
                 nominal: 1.0,
             }
         };
+        let of = |name: &str| {
+            if name == input {
+                [torque, 0.0]
+            } else {
+                [0.0; 2]
+            }
+        };
         Self {
-            ports: vec![port("speed"), port(input)],
-            speed,
-            torque: pulse,
+            ports: names.map(port).into(),
+            values: [[speed; 2], of(STEER_TORQUE), of(ROLL_MOMENT)],
+            over: false,
         }
     }
 }
@@ -180,6 +242,7 @@ impl Participant for Pulse {
         &self.ports
     }
     fn enter_initialization(&mut self, _: f64, _: f64) -> std::result::Result<(), Error> {
+        self.over = false;
         Ok(())
     }
     fn exit_initialization(&mut self) -> std::result::Result<(), Error> {
@@ -187,7 +250,7 @@ impl Participant for Pulse {
     }
     fn read(&mut self, ports: &[usize], values: &mut [f64]) -> std::result::Result<(), Error> {
         for (&port, value) in ports.iter().zip(values) {
-            *value = [self.speed, self.torque][port];
+            *value = self.values[port][usize::from(self.over)];
         }
         Ok(())
     }
@@ -195,7 +258,7 @@ impl Participant for Pulse {
         Ok(())
     }
     fn step(&mut self, _: f64, _: f64) -> std::result::Result<Step, Error> {
-        self.torque = 0.0;
+        self.over = true;
         Ok(Step::Complete)
     }
     fn can_vary_step(&self) -> bool {

@@ -1,7 +1,6 @@
 //! What is recorded of a coupled run, and under which names.
 
-use super::{PLANT, RIDER};
-use bicycle::course::LATERAL_OFFSET;
+use super::PLANT;
 use fmi_import::master::{Direction, Master, Port, Terminal};
 
 /// A column: its name, its unit, what is recorded in it.
@@ -11,14 +10,14 @@ pub struct Column {
     pub terminal: Terminal,
 }
 
-/// Of the plant its outputs and its speed under their plain names, so that the file is a ride, and
-/// where it is beside the course; then the plant's other inputs that are connected and the outputs
-/// of the others, as `participant.variable`.
+/// Of the plant its outputs and its speed under their plain names, so that the file is a ride; then
+/// the plant's other inputs that are connected, each as it was over the step that ends with the row,
+/// and the outputs of the others, as `participant.variable`.
 pub fn columns<'a>(master: &mut Master, others: impl Iterator<Item = &'a str>) -> Vec<Column> {
     let connections = master.connections().iter();
     let targets: Vec<Terminal> = connections.map(|c| c.target.clone()).collect();
     let (mut ride, mut rest) = (Vec::new(), Vec::new());
-    for member in [PLANT, RIDER].into_iter().chain(others) {
+    for member in [PLANT].into_iter().chain(others) {
         let Some(participant) = master.participant(member) else {
             continue;
         };
@@ -36,8 +35,7 @@ pub fn columns<'a>(master: &mut Master, others: impl Iterator<Item = &'a str>) -
             let is_of_ride = match (member, *direction) {
                 (PLANT, Direction::Output) => true,
                 (PLANT, Direction::Input) if targets.contains(&terminal) => name == "speed",
-                (RIDER, Direction::Output) if name == LATERAL_OFFSET.name => true,
-                (PLANT | RIDER, _) | (_, Direction::Input | Direction::Other) => continue,
+                (PLANT, _) | (_, Direction::Input | Direction::Other) => continue,
                 (_, Direction::Output) => false,
             };
             let (columns, name) = if is_of_ride {

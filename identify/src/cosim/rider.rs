@@ -2,7 +2,6 @@
 //! remnant.
 
 use crate::synthesis::remnant;
-use bicycle::course::LATERAL_OFFSET;
 use bicycle::rider::Preview;
 use bicycle::{Excitation, Input, Output, Quantity};
 use fmi_import::master::{Direction, Kind, Participant, Port};
@@ -14,9 +13,8 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 /// Samples of the remnant are that far apart [s]; it runs straight in between.
 const REMNANT_STEP: f64 = 0.005;
 
-/// What the rider gives: the rows of the plant's inputs, and where the bicycle is beside the
-/// course.
-pub const GIVES: [&str; 2] = ["steer_torque", "speed"];
+/// What the rider gives, rows of the plant's inputs.
+const GIVES: [&str; 2] = ["steer_torque", "speed"];
 
 /// A rider in the saddle.
 #[derive(Clone)]
@@ -25,6 +23,8 @@ pub struct Rider {
     /// What the plant's inputs start with: the speed is held, the torque added to.
     input: Input,
     course: Option<Preview>,
+    /// As at the start, to begin a run with.
+    fresh: Option<Preview>,
     start: f64,
     remnant: Vec<f64>,
     seen: Output,
@@ -52,6 +52,7 @@ impl Rider {
         Self {
             ports: ports(course.is_some()),
             input,
+            fresh: course.clone(),
             course,
             start: 0.0,
             remnant,
@@ -73,7 +74,7 @@ impl Rider {
 }
 
 /// The plant's outputs come in, where there is a course to follow; the plant's inputs go out.
-pub fn ports(on_course: bool) -> Vec<Port> {
+fn ports(on_course: bool) -> Vec<Port> {
     let port = |quantity: &Quantity, direction| Port {
         name: quantity.name.to_owned(),
         direction,
@@ -84,13 +85,11 @@ pub fn ports(on_course: bool) -> Vec<Port> {
     };
     let inputs = Output::TABLE.iter().filter(|_| on_course);
     let gives = GIVES.map(|name| &Input::TABLE[Input::index(name).expect("a row")]);
-    let offset = Some(&LATERAL_OFFSET).filter(|_| on_course);
     inputs
         .map(|quantity| port(quantity, Direction::Input))
         .chain(
             gives
                 .into_iter()
-                .chain(offset)
                 .map(|quantity| port(quantity, Direction::Output)),
         )
         .collect()
@@ -103,6 +102,8 @@ impl Participant for Rider {
 
     fn enter_initialization(&mut self, start: f64, _stop: f64) -> Result<(), Error> {
         self.start = start;
+        self.course = self.fresh.clone();
+        (self.seen, self.torque) = (Output::default(), self.input.steer_torque);
         Ok(())
     }
 
@@ -120,12 +121,7 @@ impl Participant for Rider {
             *value = match port.checked_sub(inputs) {
                 None => self.seen.get(port),
                 Some(0) => self.torque,
-                Some(1) => self.input.speed,
-                Some(_) => self.course.as_ref().map_or(0.0, |rider| {
-                    let course = rider.course();
-                    let near = rider.place().arc_length;
-                    course.locate(self.seen.x, self.seen.y, near).offset
-                }),
+                Some(_) => self.input.speed,
             };
         }
         Ok(())
@@ -143,7 +139,7 @@ impl Participant for Rider {
             Some(rider) => rider.torque(point - self.start, &self.seen),
             None => 0.0,
         };
-        // held over the step: its value in the middle
+        // its value in the middle of the step; under Jacobi it acts a step later, as all does
         let remnant = self.remnant(point - self.start + 0.5 * h);
         self.torque = self.input.steer_torque + steering + remnant;
         Ok(Step::Complete)

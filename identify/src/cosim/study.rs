@@ -90,7 +90,7 @@ pub fn study(coupling: &Coupling, cases: &Cases, begun: &mut dyn FnMut(Begun)) -
             }
             let mut modes = |without| {
                 let found = coupling
-                    .modes(&variation(coupling.seed(), without))
+                    .modes(&variation(coupling.seed(), without), begun)
                     .map_err(here)?;
                 Ok::<_, Error>(found.map(|(values, method)| {
                     if !found_by.contains(&method) {
@@ -147,7 +147,6 @@ fn ridden(ran: Ran, step: f64) -> Result<Ridden> {
     let mut ride = Ride::new(0.0, step, rows);
     let wanted = [
         ("steer", "steer"),
-        ("steer_rate", "steer_rate"),
         ("assist_torque", "plant.assist_torque"),
         (LATERAL_OFFSET.name, LATERAL_OFFSET.name),
     ];
@@ -156,5 +155,10 @@ fn ridden(ran: Ran, step: f64) -> Result<Ridden> {
             ride.insert(channel, run.columns[index][..rows].to_vec())?;
         }
     }
+    // a row's torque acted over the step before it: so its work is exact
+    let steer = ride.channel("steer")?;
+    let turned = steer.windows(2).map(|pair| (pair[1] - pair[0]) / step);
+    let mean_rate = [0.0].into_iter().chain(turned).take(rows).collect();
+    ride.insert("steer_rate", mean_rate)?;
     Ok(Ridden { ride, fell })
 }

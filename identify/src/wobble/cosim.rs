@@ -219,7 +219,21 @@ impl Cosim {
             eprintln!("note: algebraic loop {ring}: values around it lag by one step");
         }
         if !ran.run.settled && !ran.loops.is_empty() {
-            eprintln!("note: around the loop initial values did not settle");
+            eprintln!("note: initial values did not settle");
+        }
+        if ran.run.forced > 0 {
+            eprintln!(
+                "note: {} steps could not be cut as far as the tolerance needs",
+                ran.run.forced
+            );
+        }
+        let last = ran.run.columns[0].last().copied().unwrap_or(0.0);
+        if matches!(ran.run.end, End::Complete) && ran.stop - last > 1e-9 {
+            eprintln!(
+                "note: a participant takes steps of one length only: the last row is at {last} s, \
+                 before {} s",
+                ran.stop
+            );
         }
         let Run {
             names,
@@ -280,7 +294,9 @@ impl Cosim {
 
     /// Writes what was reached of a run that hangs; the process ends with it.
     fn write_hung(&self, hung: &Hung) -> Result<()> {
-        let begun = &hung.begun;
+        let Some(begun) = &hung.begun else {
+            bail!("{hung}")
+        };
         let rows = begun.watch.rows();
         let width = begun.names.len();
         let column = |c| rows.iter().skip(c).step_by(width).copied().collect();

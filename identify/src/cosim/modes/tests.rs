@@ -53,7 +53,7 @@ fn derivatives_and_pulses_find_the_same_eigenvalues_and_those_of_the_native_mode
         assert_eq!(by_derivatives.len(), states, "{formulation}");
         let by_derivatives = slow(by_derivatives);
         let (by_pulses, _) = coupling
-            .by_pulses(&variation, speed)
+            .by_pulses(&variation, speed, &mut |_| {})
             .expect("ran")
             .expect("linear");
         let by_pulses = slow(by_pulses);
@@ -87,7 +87,10 @@ fn a_bicycle_that_nobody_rides_has_a_growing_mode() {
         ..Changes::default()
     });
     let variation = coupling.as_typed();
-    let (values, method) = coupling.modes(&variation).expect("ran").expect("known");
+    let (values, method) = coupling
+        .modes(&variation, &mut |_| {})
+        .expect("ran")
+        .expect("known");
     assert_eq!(method, "directional derivatives");
     let growth = |values: &[Complex<f64>]| values.iter().map(|v| v.re).fold(0.0, f64::max);
     assert!(growth(&values) > 1.0, "{values:?}");
@@ -97,7 +100,7 @@ fn a_bicycle_that_nobody_rides_has_a_growing_mode() {
     };
     let speed = coupling.bicycle.as_ref().expect("ours").input.speed;
     let (by_pulses, _) = coupling
-        .by_pulses(&smooth, speed)
+        .by_pulses(&smooth, speed, &mut |_| {})
         .expect("ran")
         .expect("linear");
     let (found, expected) = (growth(&by_pulses), growth(&values));
