@@ -306,7 +306,7 @@ pub enum Error {
     },
     /// A participant that steps of an error control are not for.
     #[error(
-        "{member}: with a tolerance expected a participant that {reason}, found one that does not"
+        "{member}: expected a participant that {reason}: with a tolerance steps are cut and taken back"
     )]
     Untolerant {
         /// The participant.

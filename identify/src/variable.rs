@@ -48,13 +48,18 @@ fn within(row: &VariableRow, value: Value) -> Result<Value> {
         row.min.unwrap_or(f64::NEG_INFINITY),
         row.max.unwrap_or(f64::INFINITY),
     );
-    match value {
-        Value::Real(found) if !(min..=max).contains(&found) => Err(Error::Form {
-            expected: "a value in the variable's range",
-            found: format!("{found}, outside {min} to {max}"),
-        }),
-        value => Ok(value),
+    let found = match value {
+        Value::Real(found) => found,
+        Value::Integer(found) => found.into(),
+        Value::Boolean(_) | Value::String(_) => return Ok(value),
+    };
+    if (min..=max).contains(&found) {
+        return Ok(value);
     }
+    Err(Error::Form {
+        expected: "a value in the variable's range",
+        found: format!("{found}, outside {min} to {max}"),
+    })
 }
 
 /// A number in the variable's `unit`: it may carry that unit, one the FMU displays it in, or one of

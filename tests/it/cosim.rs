@@ -107,6 +107,22 @@ fn every_way_of_saying_it_gives_the_same_ride() {
 }
 
 #[test]
+fn a_system_written_for_other_tools_runs_here_as_it_was() {
+    let coupled = "--load 20 --formulation minimal --stop 1s --set controller.roll_gain=20";
+    let typed = run(coupled);
+    let written = run(&format!("{coupled} --ssp system.ssp"));
+    assert_eq!(
+        (written.code, written.out.as_str()),
+        (0, ""),
+        "{}",
+        written.err
+    );
+    let read = wobble(FMUS.path(), "cosim system.ssp");
+    assert_eq!(read.code, 0, "{}", read.err);
+    assert_eq!(typed.out, read.out);
+}
+
+#[test]
 fn a_controller_runs_at_its_own_sample_time() {
     let held = |arguments: &str| {
         let coupled = json(
@@ -134,14 +150,22 @@ fn what_an_fmu_does_wrong_ends_the_run_with_what_was_reached() {
     };
     for (fault, code, words) in [
         (1, 1, "controller at 0.5 s: fmi2DoStep returned Error"),
-        (2, 0, "note: controller ended early, at 0.5 s"),
+        (
+            2,
+            1,
+            "expected controller to go on to the stop, found its end at 0.5 s",
+        ),
         (3, 1, "controller at 0.5 s: fmi2DoStep returned Fatal"),
         (
             4,
             1,
             "controller at 0.5 s: expected an answer within 0.5 s, found none",
         ),
-        (5, 0, "note: controller ended early, at 0.5 s"),
+        (
+            5,
+            1,
+            "expected controller to go on to the stop, found its end at 0.5 s",
+        ),
         (
             6,
             1,
@@ -160,6 +184,17 @@ fn what_an_fmu_does_wrong_ends_the_run_with_what_was_reached() {
 }
 
 #[test]
+fn a_tolerance_ends_whoever_rides() {
+    let ridden = "--set remnant_intensity=1.2 --stop .2s --json --tolerance";
+    for tolerance in ["1e-1", "1e-30"] {
+        let run = json(FMUS.path(), &format!("{COUPLED} {ridden} {tolerance}"));
+        assert_eq!(run["stop"], "end");
+    }
+    let course = format!("{COUPLED} --course slalom --stop .2s --tolerance 1e-2 --json");
+    assert_eq!(json(FMUS.path(), &course)["stop"], "end");
+}
+
+#[test]
 fn a_fall_is_an_end_and_its_time_the_last_row() {
     let called = run("--bicycle section3 --set trail=-.035 --set roll_start=-5deg --stop 5s");
     assert_eq!(called.code, 0, "{}", called.err);
@@ -170,6 +205,29 @@ fn a_fall_is_an_end_and_its_time_the_last_row() {
     );
     let (time, _) = last(&called.out);
     assert!(time < 1.0, "{time} s");
+}
+
+#[test]
+fn each_controller_lowers_the_oscillation_where_it_says_so() {
+    for (example, fmu) in [
+        ("disturbance_observer", "Observer.fmu"),
+        ("roll_assist", "Roll.fmu"),
+    ] {
+        pack_example(FMUS.path(), example, fmu);
+        for bicycle in [
+            "--bicycle section3 --trails .13,.085 --loads 0",
+            "--trails .13,.085,-.035 --loads 20kg",
+        ] {
+            let call = format!(
+                "cosim --plant plant.fmu --controller {fmu} {bicycle} --against none --rides 3 --json"
+            );
+            let study = json(FMUS.path(), &call);
+            for row in study["rows"].as_array().expect("rows") {
+                let change = &row["bands"][1]["change"]["value"];
+                assert_eq!(change["verdict"], "falls", "{fmu} {bicycle}: {row}");
+            }
+        }
+    }
 }
 
 #[test]
@@ -250,6 +308,12 @@ fn what_cannot_be_coupled_is_refused() {
         2,
         "controller.roll: expected one source, found two, plant.roll and plant.steer",
     );
+    coupled(
+        "--connect plant.roll=plant.steer_torque --course slalom",
+        2,
+        "expected the rider as the source of plant.steer_torque",
+    );
+    coupled("--set controller.fault=9", 2, "outside 0 to 6");
     coupled("--step 3ms", 2, "expected 0.005 s, the step of controller");
     coupled(
         "--step 2ms --controller-step 5ms",
@@ -293,6 +357,13 @@ fn what_cannot_be_coupled_is_refused() {
         "cosim --plant assist.fmu --load 20",
         2,
         "expected a participant `plant` with the rows of the bicycle's table, found `RollAssist`",
+    );
+    let bike = "[[fmu]]\nname = \"bike\"\nfile = \"plant.fmu\"\n";
+    fs::write(FMUS.path().join("bike.toml"), bike).expect("written");
+    refused(
+        "cosim bike.toml --load 20",
+        2,
+        "expected a participant `plant`",
     );
     fs::write(
         FMUS.path().join("bad.toml"),

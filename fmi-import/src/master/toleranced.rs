@@ -90,7 +90,7 @@ impl Master<'_> {
                     to
                 };
                 let h = next - from;
-                let shortest = h <= SHORTEST * plan.step;
+                let shortest = h <= 1.001 * SHORTEST * plan.step;
                 for seat in 0..self.seats.len() {
                     self.call(seat, from, |s| s.participant.keep())?;
                 }
@@ -123,7 +123,7 @@ impl Master<'_> {
                     account.board = before;
                     self.go_back(from)?;
                 }
-                wanted = wanted.min(plan.step);
+                wanted = wanted.clamp(SHORTEST * plan.step, plan.step);
             }
             account.shown.copy_from_slice(&account.board);
             self.watch.record(to, &account.shown, &account.slots);

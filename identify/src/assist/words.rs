@@ -66,6 +66,13 @@ pub fn headline(study: &Study) -> Vec<String> {
     for (what, list) in said {
         sentences.extend(list.map(|list| format!("{what}: {list}.")));
     }
+    let strays = named(rows, |row| {
+        let of = row.path.map(|path| path.value().map(|path| path.rms));
+        let (without, with) = (of.without?, of.with?);
+        let [a, b] = [without, with].map(|rms| significant(rms, 3));
+        (with > without).then(|| format!("{a} → {b} m rms"))
+    });
+    sentences.extend(strays.map(|list| format!("It leads further from the course: {list}.")));
     for (nth, (low, high)) in BANDS.iter().enumerate().filter(|(nth, _)| *nth != JUDGED) {
         let rises = |row: &Worth| {
             let change = row.bands[nth].change.value();
@@ -101,6 +108,16 @@ impl Worth {
             changed(&count, usize::to_string),
             self.pairs
         )
+    }
+}
+
+/// How many fell and, where half of them did, after how long.
+fn fell(row: &Worth) -> String {
+    let times = row.falls.map(|falls| falls.median_time.value().copied());
+    let time = |time: &Option<f64>| time.map_or_else(|| NOTHING.into(), |t| significant(t, 3));
+    match changed(&times, time) {
+        none if none == NOTHING => row.fell(),
+        times => format!("{}, half after {times} s", row.fell()),
     }
 }
 
@@ -248,10 +265,11 @@ pub fn table(study: &Study) -> String {
             or_nothing(&row.motor, |m| two(m.delivered_energy, m.net_energy)),
             or_nothing(&row.motor, |m| number(m.mean_power)),
             changed(&row.path, path),
-            row.fell(),
+            fell(row),
             oscillation(row),
         ]
     };
+
     let mut rows = vec![heads.map(str::to_owned)];
     rows.extend(study.rows.iter().map(row));
     let mut text = wrapped(&headline(study).join(" ")) + "\n" + &aligned(&rows);

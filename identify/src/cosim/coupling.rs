@@ -1,20 +1,20 @@
 //! What was typed, loaded and understood; runs of it.
 
-use super::opening::{self, Opened, check_assignments, not_ours};
+use super::opening::{self, Opened, not_ours};
 use super::record::{self, Column};
 use super::rider::Rider;
 use super::setup::Setup;
 use super::{PLANT, RIDER, plant, wires};
 use crate::bicycles::Bicycle;
 use crate::course;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::ride::TIME;
 
 use bicycle::course::{LATERAL_OFFSET, Layout};
 use bicycle::rider::{Manner, Preview, Schedule};
 use bicycle::{Input, Parameters};
 use fmi_import::master::{
-    Connection, Foreign, Master, Member, Participant, Plan, Run, Watch, by_name,
+    Connection, Foreign, Master, Member, Participant, Plan, Run, Terminal, Watch, by_name,
 };
 use fmi_import::{Value, VariableRow};
 use std::sync::Arc;
@@ -82,7 +82,7 @@ pub struct Ran {
 impl Coupling {
     /// Loads what was typed. What was done besides is told through `note`.
     pub fn open(setup: &Setup, note: &mut dyn FnMut(&str)) -> Result<Self> {
-        check_assignments(setup)?;
+        opening::check(setup)?;
         let mut fmus = Vec::new();
         let mut bicycle = None;
         for typed in &setup.fmus {
@@ -124,6 +124,7 @@ impl Coupling {
             },
         };
         coupling.connections = coupling.connect(&setup.connect)?;
+        coupling.tell_open(note);
         Ok(coupling)
     }
 
@@ -272,7 +273,10 @@ impl Coupling {
             let starts = self.starts_of(fmu, variation);
             members.push(Member {
                 name: fmu.name.clone(),
-                participant: Box::new(Foreign::new(&fmu.fmu, &fmu.name, &starts)?),
+                participant: Box::new(
+                    Foreign::new(&fmu.fmu, &fmu.name, &starts)
+                        .map_err(|cause| Error::from(cause).in_file(fmu.name.clone()))?,
+                ),
                 step: fmu.step,
             });
         }
@@ -287,8 +291,53 @@ impl Coupling {
             .iter()
             .map(|text| wires::connection(text, &members))
             .collect::<Result<Vec<_>>>()?;
+        self.check_seat(&connections)?;
         connections.extend(by_name(&members, &connections));
         Ok(Master::new(members, connections)?.connections().to_vec())
+    }
+
+    /// A course and a remnant are ridden by steer torque: another source of it leaves them without.
+    fn check_seat(&self, typed: &[Connection]) -> Result<()> {
+        let remnant = |b: &Bicycle| b.excitation.remnant_intensity > 0.0;
+        let rides = self.has_course() || self.bicycle.as_ref().is_some_and(remnant);
+        let takes =
+            |c: &&Connection| c.target.participant == PLANT && c.target.variable == "steer_torque";
+        match typed.iter().find(takes) {
+            Some(connection) if rides => Err(Error::Form {
+                expected: "the rider as the source of plant.steer_torque, with a course or a remnant",
+                found: connection.source.to_string(),
+            }
+            .typed("--connect")),
+            _ => Ok(()),
+        }
+    }
+
+    /// Says which inputs of controllers are left open, and whose outputs nobody takes.
+    fn tell_open(&self, note: &mut dyn FnMut(&str)) {
+        for fmu in self.fmus.iter().filter(|fmu| fmu.name != PLANT) {
+            let ends = |row: &VariableRow, end: fn(&Connection) -> &Terminal| {
+                let is_it = |t: &Terminal| t.participant == fmu.name && t.variable == row.name;
+                self.connections
+                    .iter()
+                    .any(|connection| is_it(end(connection)))
+            };
+            let mut acts = false;
+            for row in &fmu.rows {
+                match row.causality {
+                    "input" if !ends(row, |c| &c.target) => {
+                        note(&format!("{}.{} is not connected", fmu.name, row.name));
+                    }
+                    "output" => acts |= ends(row, |c| &c.source),
+                    _ => {}
+                }
+            }
+            if !acts {
+                note(&format!(
+                    "no output of {} is connected: it acts on nothing",
+                    fmu.name
+                ));
+            }
+        }
     }
 
     /// The rider, where the plant is one of ours.
@@ -337,10 +386,18 @@ impl Coupling {
         &self.plan
     }
 
-    /// The longest communication step of a participant [s].
-    pub(super) fn longest_step(&self) -> f64 {
-        let own = self.fmus.iter().filter_map(|fmu| fmu.step);
-        own.fold(self.plan.step, f64::max)
+    /// After how long all that samples does so together again [s]: a common multiple of the steps
+    /// that participants take and of those that their FMUs suggest. None below 1000 steps.
+    pub(super) fn period(&self) -> Option<f64> {
+        let own = |fmu: &Opened| [fmu.step, fmu.suggested];
+        let steps: Vec<f64> = self.fmus.iter().flat_map(own).flatten().collect();
+        let multiple = |n: &u32| {
+            let time = f64::from(*n) * self.plan.step;
+            let whole = |step: &f64| (time / step - (time / step).round()).abs() < 1e-6;
+            steps.iter().all(whole)
+        };
+        let n = (1..1000).find(multiple)?;
+        Some(f64::from(n) * self.plan.step)
     }
 
     fn rider(&self, bicycle: &Bicycle, variation: &Variation) -> Result<Rider> {

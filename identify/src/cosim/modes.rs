@@ -2,7 +2,7 @@
 //!
 //! Where every FMU lists its states and declares directional derivatives, from these. Else from how
 //! the coupled system answers a small pulse of steer torque and one of roll moment: the answers,
-//! sampled with the longest communication step of a participant, are those of a linear system, delays
+//! sampled whenever all participants sample together, are those of a linear system, delays
 //! of the exchange within, which the eigensystem realization algorithm finds (Juang & Pappa 1985, *J. Guidance* 8(5)). So
 //! controllers that sample, with states nobody lists, have eigenvalues as well.
 
@@ -104,9 +104,13 @@ impl Coupling {
         begun: &mut dyn FnMut(Begun),
     ) -> Result<Modes> {
         // a sample is a whole number of everybody's steps
-        let longest = self.longest_step();
-        let stride = (TIME / longest / MOST_SAMPLES as f64).ceil().max(1.0);
-        let every = stride * longest;
+        let Some(period) = self.period() else {
+            return Ok(Err(
+                "the steps of the participants have no common multiple".to_owned()
+            ));
+        };
+        let stride = (TIME / period / MOST_SAMPLES as f64).ceil().max(1.0);
+        let every = stride * period;
         let record = SEEN.map(|variable| Terminal {
             participant: PLANT.to_owned(),
             variable: variable.to_owned(),

@@ -17,6 +17,8 @@ pub struct Opened {
     pub starts: Vec<(String, Value)>,
     /// Its own communication step [s].
     pub step: Option<f64>,
+    /// The step it suggests [s]: of a controller its sample time.
+    pub suggested: Option<f64>,
 }
 
 /// Loads what was typed; the bicycle besides, where it is one of ours.
@@ -50,14 +52,18 @@ pub fn open(typed: &Typed, setup: &Setup) -> Result<(Opened, Option<Bicycle>)> {
     };
     // a plant is stepped as the plan has it, and so is everything where steps are cut
     let suggested = description.default_experiment.and_then(|e| e.step_size);
-    let suggested = suggested.filter(|_| !is_plant && setup.tolerance.is_none());
-    let own = typed.step.or(suggested);
+    let suggested = suggested.filter(|step| !is_plant && *step > 0.0);
+    let own = typed
+        .step
+        .or(suggested.filter(|_| setup.tolerance.is_none()));
     let step = own.map(|own| member_step(&typed.name, own, setup.step, typed.step.is_some()));
     let opened = Opened {
         name: typed.name.clone(),
         file: typed.file.clone(),
         step: step.transpose()?,
-        fmu: Fmu::load(archive)?,
+        suggested,
+        fmu: Fmu::load(archive)
+            .map_err(|cause| Error::from(cause).in_file(typed.file.display().to_string()))?,
         rows,
         starts,
     };
@@ -74,11 +80,20 @@ fn addressed<'a>(text: &'a str, fmus: &[Typed]) -> (&'a str, &'a str) {
         .unwrap_or((PLANT, text))
 }
 
-/// What is set of a plant is for one that is there.
-pub fn check_assignments(setup: &Setup) -> Result<()> {
-    let has_plant = setup.fmus.iter().any(|fmu| fmu.name == PLANT);
+/// What is typed of a plant is for one that is there.
+pub fn check(setup: &Setup) -> Result<()> {
+    if setup.fmus.is_empty() {
+        return Err(Error::Form {
+            expected: "at least one FMU",
+            found: "none".into(),
+        });
+    }
+    if setup.fmus.iter().any(|fmu| fmu.name == PLANT) {
+        return Ok(());
+    }
+    refuse_bicycle(setup, "none")?;
     let mut set = setup.changes.set.iter();
-    match set.find(|text| !has_plant && addressed(text, &setup.fmus).0 == PLANT) {
+    match set.find(|text| addressed(text, &setup.fmus).0 == PLANT) {
         Some(text) => Err(not_ours("none").typed(format!("--set {text}"))),
         None => Ok(()),
     }

@@ -1,4 +1,4 @@
-//! What is to be coupled, as typed: on the command line, or in a TOML file.
+//! What is to be coupled, as typed: on the command line, in an SSP archive, or in a TOML file.
 //!
 //! ```toml
 //! step = "5ms"
@@ -28,10 +28,12 @@ use crate::error::{self, Error, Result};
 use crate::file;
 use crate::unit;
 use bicycle::quantity::S;
-use fmi_import::master::Algorithm;
+use fmi_import::master::{Algorithm, Connection};
+use fmi_import::{Archive, VariableRow, ssp};
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// An FMU that takes part.
 #[derive(Debug, Clone, PartialEq)]
@@ -73,6 +75,8 @@ pub struct Setup {
     pub tolerance: Option<f64>,
     /// Whether initial values travel before the first step.
     pub initial_exchange: bool,
+    /// The SSP archive whose FMUs these are: they are gone with it.
+    pub archive: Option<Arc<ssp::Package>>,
 }
 
 impl Default for Setup {
@@ -90,6 +94,7 @@ impl Default for Setup {
             algorithm: Algorithm::default(),
             tolerance: None,
             initial_exchange: true,
+            archive: None,
         }
     }
 }
@@ -149,7 +154,14 @@ impl Value {
     }
 
     fn seconds(&self, name: &'static str) -> Result<f64> {
-        unit::parse(&self.text(), S, name)
+        let value = unit::parse(&self.text(), S, name)?;
+        if value > 0.0 && value.is_finite() {
+            return Ok(value);
+        }
+        Err(Error::Form {
+            expected: "a time above 0 s",
+            found: format!("{name} = {}", self.text()),
+        })
     }
 }
 
@@ -171,14 +183,60 @@ fn assignments(set: &BTreeMap<String, Value>) -> Vec<String> {
 }
 
 impl Setup {
-    /// What is written in the TOML file at `path`; files of FMUs are beside it.
+    /// What is written in the file at `path`: an SSP archive by its suffix, else TOML, with files of
+    /// FMUs beside it.
     pub fn read(path: &Path) -> Result<Self> {
+        if path
+            .extension()
+            .is_some_and(|suffix| suffix.eq_ignore_ascii_case("ssp"))
+        {
+            return Self::of(ssp::read(path)?);
+        }
         let text = file::read_text(path)?;
         let name = path.display().to_string();
         let written: Written =
             ::toml::from_str(&text).map_err(|cause| error::toml(&name, &text, &cause))?;
         let folder = path.parent().unwrap_or(Path::new(""));
         written.setup(folder).map_err(|cause| cause.in_file(name))
+    }
+}
+
+impl Setup {
+    fn of(package: ssp::Package) -> Result<Self> {
+        let system = package.system();
+        let fmu = |component: &ssp::Component| {
+            let rows = Archive::open(&component.fmu)?.inspect().variables;
+            let starts = component.start_values.iter();
+            Ok(Typed {
+                name: component.name.clone(),
+                file: component.fmu.clone(),
+                set: starts
+                    .map(|(name, value)| assignment(&rows, name, value))
+                    .collect(),
+                step: None,
+            })
+        };
+        let connect = |c: &Connection| format!("{}={}", c.source, c.target);
+        Ok(Self {
+            fmus: system.components.iter().map(fmu).collect::<Result<_>>()?,
+            connect: system.connections.iter().map(connect).collect(),
+            stop: system.stop_time,
+            archive: Some(Arc::new(package)),
+            ..Self::default()
+        })
+    }
+}
+
+/// A start value as it is typed: of an enumeration the choice.
+fn assignment(rows: &[VariableRow], name: &str, value: &fmi_import::Value) -> String {
+    let row = rows.iter().find(|row| row.name == name);
+    let choice = row.and_then(|row| {
+        let is_it = |(_, number): &&(String, i32)| *value == fmi_import::Value::Integer(*number);
+        row.choices.iter().find(is_it)
+    });
+    match choice {
+        Some((choice, _)) => format!("{name}={choice}"),
+        None => format!("{name}={value}"),
     }
 }
 
@@ -217,6 +275,7 @@ impl Written {
             course_set: assignments(&rider.set),
             seed: rider.seed.unwrap_or(seed),
             changes: Changes::default(),
+            archive: None,
         })
     }
 }

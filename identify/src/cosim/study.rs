@@ -78,7 +78,7 @@ pub fn study(coupling: &Coupling, cases: &Cases, begun: &mut dyn FnMut(Begun)) -
             };
             let alone = Some(cases.controller.as_str());
             let mut pairs = Vec::new();
-            for seed in (0..cases.rides).map(|n| coupling.seed() + n) {
+            for seed in (0..cases.rides).map(|n| coupling.seed().wrapping_add(n)) {
                 let mut ride = |without| {
                     let ran = coupling.run(&variation(seed, without), begun)?;
                     ridden(ran, coupling.plan().step)
@@ -108,8 +108,9 @@ pub fn study(coupling: &Coupling, cases: &Cases, begun: &mut dyn FnMut(Begun)) -
         }
     }
     let mut notes = vec![format!(
-        "{} rides of {} s in each case, formulation {}, at {:.2} m/s",
+        "{} ride{} of {:.4} s in each case, formulation {}, at {:.2} m/s",
         cases.rides,
+        if cases.rides == 1 { "" } else { "s" },
         coupling.stop(),
         bicycle.formulation.name(),
         bicycle.input.speed

@@ -24,7 +24,7 @@ use std::time::Duration;
 
 #[derive(Args)]
 pub struct Cosim {
-    /// What to couple, as a TOML file, in place of --plant and --controller
+    /// What to couple, as a TOML file or an SSP archive, in place of --plant and --controller
     #[arg(value_name = "SYSTEM", required_unless_present = "plant", conflicts_with_all = ["plant", "controller"])]
     system: Option<PathBuf>,
     /// The bicycle's FMU
@@ -111,6 +111,7 @@ pub struct Cosim {
 enum Done {
     Ran(Ran),
     Studied(Study),
+    Written(PathBuf),
 }
 
 fn tell(note: &str) {
@@ -123,19 +124,18 @@ impl Cosim {
         let timeout = Duration::try_from_secs_f64(quantity("--timeout", &self.timeout, S)?)
             .map_err(|_| form("a time of 0 s or more", &self.timeout).typed("--timeout"))?;
         let cases = self.study.cases(self.spectrum.recipe()?)?;
-        if let Some(path) = &self.ssp {
-            let coupling = Coupling::open(&setup, &mut tell)?;
-            write_ssp(&coupling, path)?;
-            eprintln!("wrote {}", path.display());
-            return Ok(());
-        }
         let progress = Progress::new();
         progress.say("loading");
+        let ssp = self.ssp.clone();
         let all = cases.as_ref().map_or(1, Cases::runs);
         let done = guarded(
             timeout,
             move |begun| -> Result<Done, Error> {
                 let mut coupling = Coupling::open(&setup, &mut tell)?;
+                if let Some(path) = ssp {
+                    write_ssp(&coupling, &path)?;
+                    return Ok(Done::Written(path));
+                }
                 let Some(mut cases) = cases else {
                     let ran = coupling.run(&coupling.as_typed(), begun)?;
                     return Ok(Done::Ran(ran));
@@ -150,6 +150,10 @@ impl Cosim {
             Ok(done) => match done? {
                 Done::Ran(ran) => self.write(ran),
                 Done::Studied(study) => self.write_study(&study),
+                Done::Written(path) => {
+                    eprintln!("wrote {}", path.display());
+                    Ok(())
+                }
             },
             Err(hung) => self.write_hung(&hung),
         }
@@ -249,11 +253,8 @@ impl Cosim {
             End::Early { .. } => "early",
             End::Failed(_) => "failed",
         };
-        let outputs: serde_json::Map<_, _> = (names.iter().zip(columns).skip(1))
-            .map(|(name, column)| (name.clone(), json!(column)))
-            .collect();
         let json = json!({
-            "stop": ended, "time": columns[0], "outputs": outputs,
+            "stop": ended, "time": columns[0], "outputs": outputs(names, columns),
             "connections": ran.connections, "algebraic_loops": ran.loops,
             "steps": steps, "steps_taken_back": taken_back,
         });
@@ -267,7 +268,12 @@ impl Cosim {
                 for line in log {
                     eprintln!("note: {line}");
                 }
-                Ok(())
+                // a bicycle may fall; anything else was to go on
+                if member == PLANT {
+                    Ok(())
+                } else {
+                    Err(Error::EndedEarly { member, time }.into())
+                }
             }
             End::Failed(error) => Err(error.into()),
         }
@@ -294,17 +300,28 @@ impl Cosim {
 
     /// Writes what was reached of a run that hangs; the process ends with it.
     fn write_hung(&self, hung: &Hung) -> Result<()> {
-        let Some(begun) = &hung.begun else {
+        // of a study nothing is whole yet
+        let Some(begun) = hung.begun.as_ref().filter(|_| !self.study.is_asked()) else {
             bail!("{hung}")
         };
         let rows = begun.watch.rows();
         let width = begun.names.len();
         let column = |c| rows.iter().skip(c).step_by(width).copied().collect();
         let columns: Vec<Vec<f64>> = (0..width).map(column).collect();
+        let json = json!({
+            "stop": "failed", "time": columns[0], "outputs": outputs(&begun.names, &columns),
+        });
         self.output
-            .text(&csv(&begun.names, &begun.units, &columns))?;
+            .json_or(&json, || csv(&begun.names, &begun.units, &columns))?;
         bail!("{hung}")
     }
+}
+
+fn outputs(names: &[String], columns: &[Vec<f64>]) -> serde_json::Map<String, serde_json::Value> {
+    let named = names.iter().zip(columns).skip(1);
+    named
+        .map(|(name, column)| (name.clone(), json!(column)))
+        .collect()
 }
 
 fn csv(names: &[String], units: &[Option<String>], columns: &[Vec<f64>]) -> String {

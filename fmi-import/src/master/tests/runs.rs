@@ -349,7 +349,7 @@ fn plans_that_cannot_be_carried_out_are_refused() {
     );
     refused(
         tolerance(1e-3),
-        "y: with a tolerance expected a participant that has no step of its own",
+        "y: expected a participant that has no step of its own",
     );
     let record = Plan {
         record: vec!["x.xx".parse().expect("a terminal")],

@@ -36,9 +36,14 @@ pub struct StudyArguments {
 }
 
 impl StudyArguments {
+    /// Whether a study was asked for.
+    pub fn is_asked(&self) -> bool {
+        self.against.is_some()
+    }
+
     /// The cases asked for, if a study is.
     pub fn cases(&self, recipe: Recipe) -> Result<Option<Cases>> {
-        if self.against.is_none() {
+        if !self.is_asked() {
             return Ok(None);
         }
         let default = Cases::default();
