@@ -2,6 +2,8 @@
 //! `cargo build --release -p fmi-export --examples`, then
 //! `cargo bench -p tests --no-default-features --features benchmarks --bench master`.
 
+#![expect(clippy::print_stdout, reason = "a benchmark tells what it found")]
+
 use fmi_export::Package;
 use fmi_import::master::{Foreign, Master, Member, Participant, Plan, by_name};
 use fmi_import::{Fmu, Step, Value};

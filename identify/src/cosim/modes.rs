@@ -11,6 +11,7 @@ use super::coupling::{Begun, Coupling, Variation};
 use super::opening::Opened;
 use super::{derivatives, realization};
 use crate::error::Result;
+use crate::ride;
 use bicycle::{Input, Parameters, linear};
 use fmi_import::master::{Algorithm, Direction, End, Kind, Participant, Plan, Port, Terminal};
 use fmi_import::{Error, Step};
@@ -132,8 +133,12 @@ impl Coupling {
                 let mut master = self.master_with(variation, Some(Box::new(pulse)))?;
                 begun(Begun {
                     watch: master.watch(),
-                    names: SEEN.map(str::to_owned).into(),
-                    units: vec![None; SEEN.len()],
+                    names: [ride::TIME]
+                        .iter()
+                        .chain(&SEEN)
+                        .map(|name| (*name).to_owned())
+                        .collect(),
+                    units: vec![None; 1 + SEEN.len()],
                 });
                 let run = master.run(&plan)?;
                 match run.end {
