@@ -106,17 +106,22 @@ def gauss_seidel(members, n, board, time):
 
 
 def couple(members, sweep, step: float, count: int) -> dict:
-    """Makes `count` steps by `sweep`; what was published at each communication point, by name."""
+    """Makes `count` steps by `sweep`; by name what each member was at each communication point, of one
+    of a longer step what it was when it last arrived."""
 
     def time(n):
         return n * step
 
     try:
         board = initialize(members)
-        rows = [{"time": 0.0} | board]
+        shown = dict(board)
+        rows = [{"time": 0.0} | shown]
         for n in range(count):
             sweep(members, n, board, time)
-            rows.append({"time": time(n + 1)} | board)
+            for member in members:
+                if (n + 1) % member.every == 0:
+                    shown |= {name: board[name] for name in member.outputs}
+            rows.append({"time": time(n + 1)} | shown)
         for member in members:
             member.fmu.terminate()
     finally:
