@@ -2,9 +2,10 @@
 //!
 //! Where every FMU lists its states and declares directional derivatives, from these. Else from how
 //! the coupled system answers a small pulse of steer torque and one of roll moment: the answers,
-//! sampled whenever all participants sample together, are those of a linear system, delays
-//! of the exchange within, which the eigensystem realization algorithm finds (Juang & Pappa 1985, *J. Guidance* 8(5)). So
-//! controllers that sample, with states nobody lists, have eigenvalues as well.
+//! sampled whenever all participants sample together, are those of a linear system, delays of the
+//! exchange within, which the eigensystem realization algorithm finds (Juang & Pappa 1985,
+//! *J. Guidance* 8(5)). So controllers that sample, with states nobody lists, have eigenvalues as
+//! well.
 
 use super::PLANT;
 use super::coupling::{Begun, Coupling, Variation};
@@ -124,6 +125,19 @@ impl Coupling {
             record: record.into(),
             ..self.plan().clone()
         };
+        let answers = self.answers(&plan, every, variation, speed, begun)?;
+        Ok(answers.and_then(|answers| agreed(&answers, every)))
+    }
+
+    /// For each pulse what is seen of the free motion after it, a sample after every `every` [s].
+    fn answers(
+        &self,
+        plan: &Plan,
+        every: f64,
+        variation: &Variation,
+        speed: f64,
+        begun: &mut dyn FnMut(Begun),
+    ) -> Result<std::result::Result<Vec<Motion>, String>> {
         let rows = (every / plan.step).round() as usize;
         let mut answers = Vec::new();
         for input in [STEER_TORQUE, ROLL_MOMENT] {
@@ -140,7 +154,7 @@ impl Coupling {
                         .collect(),
                     units: vec![None; 1 + SEEN.len()],
                 });
-                let run = master.run(&plan)?;
+                let run = master.run(plan)?;
                 match run.end {
                     End::Complete | End::Stopped => sides.push(run.columns),
                     End::Early { member, time, .. } => {
@@ -159,37 +173,39 @@ impl Coupling {
             };
             answers.push((1..=SEEN.len()).map(column).collect::<Vec<_>>());
         }
-        let seen = before_growth(&answers);
-        let [slow, fast] = [2, 1].map(|stride| {
-            let of =
-                |samples: &Vec<f64>| samples.iter().take(seen).step_by(stride).copied().collect();
-            let thinned: Vec<Vec<Vec<f64>>> = (answers.iter())
-                .map(|motion| motion.iter().map(of).collect())
-                .collect();
-            // what is faster than the samples tell: delays, and what dies within one
-            realization::eigenvalues(&thinned).map(|values| {
-                let told = values.into_iter().filter(|z| z.norm() > realization::GONE);
-                told.map(|z| z.ln() / (stride as f64 * every))
-                    .collect::<Vec<_>>()
-            })
-        });
-        let agreed = fast.and_then(|mut values| {
-            let others = slow?;
-            let near = |a: &Complex<f64>, b: &Complex<f64>| (a - b).norm() < AGREEMENT * a.norm();
-            values.retain(|value| others.iter().any(|other| near(value, other)));
-            Ok(values)
-        });
-        Ok(match agreed {
-            Ok(values) if values.is_empty() => {
-                Err("no eigenvalue is the same from every sample and every other".to_owned())
-            }
-            agreed => agreed.map(|values| (values, "answers to pulses")),
-        })
+        Ok(Ok(answers))
     }
 }
 
+/// What is seen of a motion: of each output its samples.
+type Motion = Vec<Vec<f64>>;
+
+/// The eigenvalues that samples `every` [s] apart and every other of them agree on.
+fn agreed(answers: &[Motion], every: f64) -> Modes {
+    let seen = before_growth(answers);
+    let found = |stride: usize| {
+        let of = |samples: &Vec<f64>| samples.iter().take(seen).step_by(stride).copied().collect();
+        let thinned: Vec<Motion> = (answers.iter())
+            .map(|motion| motion.iter().map(of).collect())
+            .collect();
+        // what is faster than the samples tell: delays, and what dies within one
+        realization::eigenvalues(&thinned).map(|values| {
+            let told = values.into_iter().filter(|z| z.norm() > realization::GONE);
+            told.map(|z| z.ln() / (stride as f64 * every))
+                .collect::<Vec<_>>()
+        })
+    };
+    let (mut values, others) = (found(1)?, found(2)?);
+    let near = |a: &Complex<f64>, b: &Complex<f64>| (a - b).norm() < AGREEMENT * a.norm();
+    values.retain(|value| others.iter().any(|other| near(value, other)));
+    if values.is_empty() {
+        return Err("no eigenvalue is the same from every sample and every other".to_owned());
+    }
+    Ok((values, "answers to pulses"))
+}
+
 /// How many samples there are before something has grown too large.
-fn before_growth(answers: &[Vec<Vec<f64>>]) -> usize {
+fn before_growth(answers: &[Motion]) -> usize {
     let samples = answers.iter().flatten();
     let large = |samples: &Vec<f64>| {
         let first = samples

@@ -39,9 +39,10 @@ impl Default for Cases {
 }
 
 impl Cases {
-    /// How many runs a study of them takes.
+    /// How many runs a study of them takes at most: each ride without and with the controller, and
+    /// for the eigenvalues of either the answers to four pulses.
     pub fn runs(&self) -> u64 {
-        2 * self.rides * (self.trails.len() * self.loads.len()) as u64
+        (2 * self.rides + 8) * (self.trails.len() * self.loads.len()) as u64
     }
 }
 

@@ -143,7 +143,7 @@ impl Cosim {
                 against::prepare(&mut coupling, &mut cases);
                 Ok(Done::Studied(study(&coupling, &cases, begun)?))
             },
-            |runs, call| progress.say(&format!("ride {runs} of {all}, {:.2} s", call.time)),
+            |runs, call| progress.say(&format!("run {runs} of at most {all}, {:.2} s", call.time)),
         );
         drop(progress);
         match done {
