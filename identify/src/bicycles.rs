@@ -279,7 +279,8 @@ pub(crate) fn light_front(bicycle: &bicycle::Bicycle, place: &str) -> Option<Str
     })
 }
 
-const FORMULATION: &str = "formulation";
+/// The row that chooses the equations: of a file, of the command line, of the FMU.
+pub(crate) const FORMULATION: &str = "formulation";
 
 fn names(table: &'static [Quantity]) -> impl Iterator<Item = &'static str> {
     table.iter().map(|row| row.name)

@@ -53,7 +53,7 @@ fn last(csv: &str) -> (f64, usize) {
 
 #[test]
 fn a_ride_with_a_controller_is_a_ride_file() {
-    let called = run("--load 20 --stop 2s");
+    let called = run("--load 20 --stop 2s --report run.html");
     assert_eq!(called.code, 0, "{}", called.err);
     assert!(
         called
@@ -76,6 +76,14 @@ fn a_ride_with_a_controller_is_a_ride_file() {
         );
     }
     assert_eq!(last(&called.out), (2.0, 401));
+    let page = fs::read_to_string(FMUS.path().join("run.html")).expect("written");
+    for said in [
+        "To the stop at 2 s",
+        "controller.assist_torque [N",
+        "roll_rate [°/s]",
+    ] {
+        assert!(page.contains(said), "{said}");
+    }
     let file = FMUS.path().join("ride.csv");
     fs::write(&file, &called.out).expect("written");
     let spectrum = json(FMUS.path(), "spectrum ride.csv --average 1s --json");

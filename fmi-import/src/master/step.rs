@@ -19,6 +19,11 @@ impl Master<'_> {
         every: &[u64],
         account: &mut Account,
     ) -> Result<End, Error> {
+        let vary = self
+            .seats
+            .iter()
+            .map(|seat| seat.participant.can_vary_step());
+        let vary: Vec<bool> = vary.collect();
         for n in 0..points.count {
             let (from, to) = (points.at(n), points.at(n + 1));
             if self.watch.is_stopped() {
@@ -28,10 +33,8 @@ impl Master<'_> {
             // the last steps of those that take several points may be shorter
             let until = |seat: usize| points.at((n + every[seat]).min(points.count));
             // one that takes steps of one length only does not begin one that it cannot finish
-            let whole: Vec<bool> = (self.seats.iter().zip(every))
-                .map(|(seat, every)| n + every <= points.count || seat.participant.can_vary_step())
-                .collect();
-            let is_due = |seat: usize| n.is_multiple_of(every[seat]) && whole[seat];
+            let fits = |seat: usize| vary[seat] || n + every[seat] <= points.count;
+            let is_due = |seat: usize| n.is_multiple_of(every[seat]) && fits(seat);
             let order = plan.algorithm;
             if let Some(ended) = self.sweep(from, order, exchange, is_due, until, account)? {
                 return Ok(self.end_early(ended, from, account));

@@ -6,8 +6,8 @@
 //! two halves C h²/2, and so is the difference. What steps may add to the error within [`MEMORY`] is
 //! the tolerance. So the error stays within it where the system forgets within that time, as one
 //! that a controller holds does; one that amplifies errors amplifies these too. An output that
-//! says that it depends on an input at once lags by a step: its error is of the first order and does not add up,
-//! so it may be the whole tolerance in each step.
+//! says that it depends on an input at once lags by a step: its error is of the first order and does
+//! not add up, so it may be the whole tolerance in each step.
 
 use super::exchange::Seat;
 use super::run::{Account, Points};

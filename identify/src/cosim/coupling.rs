@@ -73,10 +73,22 @@ pub struct Ran {
     pub stop: f64,
     /// The unit of each column.
     pub units: Vec<Option<String>>,
-    /// What was connected, in words.
-    pub connections: Vec<String>,
+    /// What was connected.
+    pub connections: Vec<Connection>,
     /// Algebraic loops, in words.
     pub loops: Vec<String>,
+}
+
+impl Ran {
+    /// What is connected between FMUs, the rider left out.
+    pub fn between_fmus(&self) -> impl Iterator<Item = &Connection> {
+        let has_rider = |c: &Connection| {
+            [&c.source, &c.target]
+                .iter()
+                .any(|t| t.participant == RIDER)
+        };
+        self.connections.iter().filter(move |c| !has_rider(c))
+    }
 }
 
 impl Coupling {
@@ -205,11 +217,7 @@ impl Coupling {
             run,
             stop: self.plan.stop_time,
             units,
-            connections: master
-                .connections()
-                .iter()
-                .map(ToString::to_string)
-                .collect(),
+            connections: master.connections().to_vec(),
             loops: master.loops().iter().map(ToString::to_string).collect(),
         })
     }

@@ -10,11 +10,12 @@
 use super::PLANT;
 use super::coupling::{Begun, Coupling, Variation};
 use super::opening::Opened;
+use super::rider::port;
 use super::{derivatives, realization};
 use crate::error::Result;
 use crate::ride;
 use bicycle::{Input, Parameters, linear};
-use fmi_import::master::{Algorithm, Direction, End, Kind, Participant, Plan, Port, Terminal};
+use fmi_import::master::{Algorithm, Direction, End, Participant, Plan, Port, Terminal};
 use fmi_import::{Error, Step};
 use nalgebra::Complex;
 
@@ -238,14 +239,7 @@ impl Pulse {
         let names = ["speed", STEER_TORQUE, ROLL_MOMENT];
         let port = |name: &str| {
             let row = &Input::TABLE[Input::index(name).expect("a row")];
-            Port {
-                name: row.name.to_owned(),
-                direction: Direction::Output,
-                kind: Kind::Real,
-                unit: Some(fmu::unit(&row.unit)),
-                depends_on: Some(Vec::new()),
-                nominal: 1.0,
-            }
+            port(row, Direction::Output)
         };
         let of = |name: &str| {
             if name == input {

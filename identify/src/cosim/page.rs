@@ -1,7 +1,7 @@
 //! A coupled run as one HTML file that needs nothing else.
 
+use super::PLANT;
 use super::coupling::Ran;
-use super::{PLANT, RIDER};
 use crate::figure::{self, Drawn, shown};
 use crate::report::markup::{self, FOOT, cell, escape, head, list, paragraph, section};
 use crate::report::number::significant;
@@ -13,6 +13,7 @@ pub fn html(ran: &Ran, provenance: &str) -> String {
     let heading = "A coupled run";
     let drawn = drawn(ran);
     let time = &ran.run.columns[0];
+    let connections: Vec<String> = ran.connections.iter().map(ToString::to_string).collect();
     let mut page = head(heading, heading);
     page += &paragraph("result", &ended(ran));
     page += &section(
@@ -23,7 +24,7 @@ pub fn html(ran: &Ran, provenance: &str) -> String {
         ),
     );
     page += &section("In numbers", &numbers(&drawn));
-    page += &section("Connections", &list(&ran.connections));
+    page += &section("Connections", &list(&connections));
     if !ran.loops.is_empty() {
         page += &section("Algebraic loops", &list(&ran.loops));
     }
@@ -53,19 +54,18 @@ fn ended(ran: &Ran) -> String {
 
 /// What is worth a curve: what travels between FMUs, the steering, the way beside a course.
 fn drawn(ran: &Ran) -> Vec<Drawn<'_>> {
-    let rider = format!("{RIDER}.");
-    let between = ran
-        .connections
-        .iter()
-        .filter(|words| !words.contains(&rider));
-    let mut names: Vec<&str> = vec!["roll", "steer", LATERAL_OFFSET.name];
-    let plant = format!("{PLANT}.");
-    for words in between {
-        let source = words.split(" → ").next().unwrap_or_default();
-        names.push(source.strip_prefix(&plant).unwrap_or(source));
-    }
+    let mut names = ["roll", "steer", LATERAL_OFFSET.name]
+        .map(str::to_owned)
+        .to_vec();
+    names.extend(
+        ran.between_fmus()
+            .map(|c| match c.source.participant.as_str() {
+                PLANT => c.source.variable.clone(),
+                _ => c.source.to_string(),
+            }),
+    );
     let columns = ran.run.names.iter().zip(&ran.units).zip(&ran.run.columns);
-    let wanted = columns.filter(|((name, _), _)| names.contains(&name.as_str()));
+    let wanted = columns.filter(|((name, _), _)| names.contains(name));
     wanted
         .map(|((name, unit), values)| Drawn {
             name,

@@ -1,12 +1,9 @@
 //! The plant known natively: what its FMU starts with, as a bicycle, and back.
 
-use crate::bicycles::{Bicycle, formulation};
+use crate::bicycles::{Bicycle, FORMULATION, formulation};
 use crate::error::Result;
 use bicycle::{Excitation, Formulation, Input, Parameters, Quantity};
 use fmi_import::{Value, VariableRow};
-
-/// The enumeration that chooses the equations.
-const FORMULATION: &str = "formulation";
 
 /// The bicycle that an FMU with these variables starts with; none where it lacks a row of our
 /// tables.

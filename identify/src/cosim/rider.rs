@@ -73,9 +73,9 @@ impl Rider {
     }
 }
 
-/// The plant's outputs come in, where there is a course to follow; the plant's inputs go out.
-fn ports(on_course: bool) -> Vec<Port> {
-    let port = |quantity: &Quantity, direction| Port {
+/// A row of a table as a port of one in the saddle.
+pub fn port(quantity: &Quantity, direction: Direction) -> Port {
+    Port {
         name: quantity.name.to_owned(),
         direction,
         kind: Kind::Real,
@@ -83,7 +83,11 @@ fn ports(on_course: bool) -> Vec<Port> {
         depends_on: Some(Vec::new()),
         // what a rider wants is no error of the coupling, however it changes with the step
         nominal: f64::INFINITY,
-    };
+    }
+}
+
+/// The plant's outputs come in, where there is a course to follow; the plant's inputs go out.
+fn ports(on_course: bool) -> Vec<Port> {
     let inputs = Output::TABLE.iter().filter(|_| on_course);
     let gives = GIVES.map(|name| &Input::TABLE[Input::index(name).expect("a row")]);
     inputs

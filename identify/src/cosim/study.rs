@@ -2,10 +2,12 @@
 
 use super::PLANT;
 use super::coupling::{Begun, Coupling, Ran, Variation};
+use super::opening::not_ours;
 use crate::assist::{self, Case, Fall, Pair, Ridden, Study};
 use crate::error::{Error, Result};
 use crate::ride::Ride;
 use crate::spectrum::Recipe;
+use bicycle::cases::TRAILS;
 use bicycle::course::LATERAL_OFFSET;
 use bicycle::{Parameters, simulate};
 use fmi_import::master::End;
@@ -29,7 +31,7 @@ impl Default for Cases {
     /// The paper's trails, from a child's seat empty to 30 kg in it.
     fn default() -> Self {
         Self {
-            trails: vec![0.13, 0.085, -0.035],
+            trails: TRAILS.to_vec(),
             loads: vec![0.0, 10.0, 20.0, 30.0],
             rides: 4,
             controller: "controller".to_owned(),
@@ -48,10 +50,7 @@ impl Cases {
 
 /// Rides every case without and with the controller.
 pub fn study(coupling: &Coupling, cases: &Cases, begun: &mut dyn FnMut(Begun)) -> Result<Study> {
-    let bicycle = coupling.bicycle.as_ref().ok_or(Error::Form {
-        expected: "a participant `plant` with the rows of the bicycle's table",
-        found: "none".into(),
-    })?;
+    let bicycle = coupling.bicycle.as_ref().ok_or_else(|| not_ours("none"))?;
     if coupling.names().all(|name| name != cases.controller) {
         let known = coupling.names();
         return Err(Error::unknown("participant", &cases.controller, known));

@@ -13,8 +13,7 @@ use fmi_import::master::{End, Run};
 use identify::assist::Study;
 use identify::bicycles::Changes;
 use identify::cosim::{
-    Cases, Coupling, Hung, PLANT, RIDER, Ran, Setup, Typed, algorithm, guarded, html, study,
-    write_ssp,
+    Cases, Coupling, Hung, PLANT, Ran, Setup, Typed, algorithm, guarded, html, study, write_ssp,
 };
 use identify::error::Error;
 use identify::{assist, file, trajectory};
@@ -215,8 +214,7 @@ impl Cosim {
 
     /// Writes what was recorded, then says how the run ended.
     fn write(&self, ran: Ran) -> Result<()> {
-        let with_rider = |words: &&String| words.contains(&format!("{RIDER}."));
-        for connection in ran.connections.iter().filter(|words| !with_rider(words)) {
+        for connection in ran.between_fmus() {
             eprintln!("{connection}");
         }
         for ring in &ran.loops {
@@ -255,7 +253,7 @@ impl Cosim {
         };
         let json = json!({
             "stop": ended, "time": columns[0], "outputs": outputs(names, columns),
-            "connections": ran.connections, "algebraic_loops": ran.loops,
+            "connections": ran.connections.iter().map(ToString::to_string).collect::<Vec<_>>(), "algebraic_loops": ran.loops,
             "steps": steps, "steps_taken_back": taken_back,
         });
         self.output
