@@ -37,7 +37,7 @@ pub mod tyre;
 pub mod whipple;
 
 pub use dynamics::{Bicycle, Formulation};
-pub use parameters::{Excitation, Parameters};
+pub use parameters::{Excitation, Instruments, Parameters};
 pub use quantity::{Quantity, Unit, Variability};
 pub use real::Real;
 pub use state::{Derived, Input, Output, Path, State};

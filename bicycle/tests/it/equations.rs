@@ -1,14 +1,14 @@
 //! `EQUATIONS.md` says what the code does: its symbols are the tables', its tests exist.
 
 use crate::marked::assert_block;
-use bicycle::{Derived, Excitation, Input, Output, Parameters, Path, Quantity, State};
+use bicycle::{Derived, Excitation, Input, Instruments, Output, Parameters, Path, Quantity, State};
 use std::fmt::Write;
 
 const PATH: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/EQUATIONS.md");
 
 fn symbols() -> String {
     let mut text = String::from("| symbol | name | unit | what |\n|---|---|---|---|\n");
-    let tables: [(&str, &[Quantity]); 7] = [
+    let tables: [(&str, &[Quantity]); 8] = [
         ("states", State::TABLE),
         ("inputs", Input::TABLE),
         ("path", Path::TABLE),
@@ -16,6 +16,7 @@ fn symbols() -> String {
         ("parameters", Parameters::TABLE),
         ("derived from the parameters", Derived::TABLE),
         ("excitation and effective friction", Excitation::TABLE),
+        ("instruments", Instruments::TABLE),
     ];
     for (title, table) in tables {
         writeln!(text, "| **{title}** | | | |").expect("a string");

@@ -1,14 +1,17 @@
 //! What the rows of the tables promise.
 
 use bicycle::quantity::UNITS;
-use bicycle::{Derived, Excitation, Input, Output, Parameters, Path, Quantity, State, Variability};
+use bicycle::{
+    Derived, Excitation, Input, Instruments, Output, Parameters, Path, Quantity, State, Variability,
+};
 use std::collections::HashSet;
 
 /// The tables whose rows a user meets, each name once.
-fn tables() -> [&'static [Quantity]; 6] {
+fn tables() -> [&'static [Quantity]; 7] {
     [
         Parameters::TABLE,
         Excitation::TABLE,
+        Instruments::TABLE,
         State::TABLE,
         Path::TABLE,
         Input::TABLE,
@@ -45,7 +48,8 @@ fn every_row_can_be_traced() {
         "as ",
         "standard",
     ];
-    for row in Parameters::TABLE.iter().chain(Excitation::TABLE) {
+    let seekable = [Parameters::TABLE, Excitation::TABLE, Instruments::TABLE];
+    for row in seekable.into_iter().flatten() {
         let traced = origins.iter().any(|origin| row.source.starts_with(origin));
         assert!(traced, "{}: source '{}'", row.name, row.source);
     }
@@ -68,6 +72,7 @@ fn ranges_hold_what_they_should() {
     for row in Parameters::TABLE
         .iter()
         .chain(Excitation::TABLE)
+        .chain(Instruments::TABLE)
         .chain(Input::TABLE)
     {
         assert!(row.min.is_finite() && row.max.is_finite(), "{}", row.name);
@@ -110,6 +115,10 @@ fn names_do_not_change() {
     assert_eq!(
         names(Excitation::TABLE),
         "remnant_intensity remnant_corner effective_damping"
+    );
+    assert_eq!(
+        names(Instruments::TABLE),
+        "torque_gain torque_offset roll_rate_offset steer_rate_offset roll_offset steer_offset yaw_rate_offset"
     );
     assert_eq!(
         names(State::TABLE),
