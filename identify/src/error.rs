@@ -406,6 +406,34 @@ pub enum Error {
         max: f64,
         unit: &'static str,
     },
+    /// A prior asked of the table, which has none.
+    #[error("prior of `{name}`: the literature measured no interval; give {name}=MEAN:DEVIATION")]
+    NoPrior { name: &'static str },
+    /// A prior outside the bounds, or without a width.
+    #[error(
+        "prior of `{name}`: expected a mean within the bounds {lower} to {upper} {unit} and a deviation above 0, found {mean} ± {deviation}"
+    )]
+    Prior {
+        name: &'static str,
+        mean: f64,
+        deviation: f64,
+        lower: f64,
+        upper: f64,
+        unit: &'static str,
+    },
+    /// A tie that cannot hold.
+    #[error("`{follower}` tied to `{leader}`: {why}")]
+    Tie {
+        follower: &'static str,
+        leader: &'static str,
+        why: &'static str,
+    },
+    /// A ride that would be counted twice.
+    #[error("{ride}: expected each ride once, found it twice")]
+    SameRide { ride: String },
+    /// No ride at all.
+    #[error("expected a ride, found none")]
+    NoRides,
     /// A search that its library gave up.
     #[error("the search failed: {0}")]
     Search(String),
@@ -461,6 +489,9 @@ impl Error {
                 | Self::Band { .. }
                 | Self::LineFrequency { .. }
                 | Self::Bounds { .. }
+                | Self::NoPrior { .. }
+                | Self::Prior { .. }
+                | Self::Tie { .. }
                 | Self::SampleTime { .. }
                 | Self::Fmu(
                     fmi_import::Error::Connection { .. }

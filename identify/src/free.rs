@@ -1,11 +1,14 @@
 //! Free parameters: rows of the tables as variables of a search.
 
 use crate::error::{Error, Result};
-use bicycle::{Excitation, Formulation, Parameters, Quantity};
+use crate::ride::base;
+use bicycle::{Excitation, Formulation, Instruments, Parameters, Quantity};
 use nalgebra::DVector;
+use serde::{Deserialize, Serialize};
+use std::fmt;
 
-/// The remnant's intensity is searched by its logarithm, so its lower bound cannot be 0.
-const LEAST_INTENSITY: f64 = 1e-3;
+/// Lower bound of a logarithm over the upper one, where the row's own is not positive.
+const LEAST: f64 = 5e-5;
 
 /// The names behind `--free all`.
 pub const ALL: [&str; 4] = [
@@ -29,9 +32,67 @@ enum Place {
     Bicycle(usize),
     /// Row of [`Excitation`].
     Excitation(usize),
+    /// Row of [`Instruments`].
+    Instruments(usize),
 }
 
-/// A free parameter: its row and bounds.
+impl Place {
+    fn of(name: &str) -> Result<Self> {
+        Parameters::index(name)
+            .map(Self::Bicycle)
+            .or_else(|| Excitation::index(name).map(Self::Excitation))
+            .or_else(|| Instruments::index(name).map(Self::Instruments))
+            .ok_or_else(|| Error::unknown("parameter", name, rows().map(|row| row.name)))
+    }
+
+    fn row(self) -> &'static Quantity {
+        match self {
+            Self::Bicycle(index) => &Parameters::TABLE[index],
+            Self::Excitation(index) => &Excitation::TABLE[index],
+            Self::Instruments(index) => &Instruments::TABLE[index],
+        }
+    }
+}
+
+/// The rows that can be free, in the order of the tables.
+pub fn rows() -> impl Iterator<Item = &'static Quantity> {
+    [Parameters::TABLE, Excitation::TABLE, Instruments::TABLE]
+        .into_iter()
+        .flatten()
+}
+
+/// Of how many rides a free parameter is one and the same.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Scope {
+    /// Of all.
+    Shared,
+    /// Of those of one condition.
+    Condition,
+    /// Of one: each has its own.
+    Ride,
+}
+
+/// On which scale a parameter is searched, and its interval symmetric.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Scale {
+    /// Its value.
+    Linear,
+    /// The logarithm of its value.
+    Logarithmic,
+}
+
+/// What was known before the ride: a normal distribution of the value.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Prior {
+    /// Mean [SI].
+    pub mean: f64,
+    /// Standard deviation [SI].
+    pub deviation: f64,
+}
+
+/// A free parameter: its row, its bounds and how it is sought.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Free {
     /// The row of the table.
@@ -41,74 +102,144 @@ pub struct Free {
     pub lower: f64,
     /// Upper bound [SI].
     pub upper: f64,
+    /// Of how many rides it is one and the same.
+    pub scope: Scope,
+    /// The scale of the search.
+    pub scale: Scale,
+    /// What was known before.
+    pub prior: Option<Prior>,
 }
 
 impl Free {
     /// The row called `name`, free within its range.
     pub fn new(name: &str) -> Result<Self> {
-        let place = Parameters::index(name)
-            .map(Place::Bicycle)
-            .or_else(|| Excitation::index(name).map(Place::Excitation))
-            .ok_or_else(|| {
-                let rows = Parameters::TABLE.iter().chain(Excitation::TABLE);
-                Error::unknown("parameter", name, rows.map(|row| row.name))
-            })?;
-        let row = match place {
-            Place::Bicycle(index) => &Parameters::TABLE[index],
-            Place::Excitation(index) => &Excitation::TABLE[index],
-        };
-        let mut free = Self {
+        let place = Place::of(name)?;
+        let row = place.row();
+        let free = Self {
             row,
             place,
             lower: row.min,
             upper: row.max,
+            scope: Scope::Shared,
+            scale: Scale::Linear,
+            prior: None,
         };
-        if free.logarithmic() {
-            free.lower = free.lower.max(LEAST_INTENSITY);
+        Ok(match place {
+            Place::Bicycle(_) => free,
+            Place::Excitation(_) if free.nuisance() => Self {
+                scope: Scope::Ride,
+                ..free.on(Scale::Logarithmic)?
+            },
+            Place::Excitation(_) => free,
+            Place::Instruments(_) => Self {
+                scope: Scope::Ride,
+                ..free
+            },
+        })
+    }
+
+    /// The same, one and the same of other rides.
+    #[must_use]
+    pub fn per(self, scope: Scope) -> Self {
+        Self { scope, ..self }
+    }
+
+    /// The same sought on another scale. A logarithm is of what is positive.
+    pub fn on(self, scale: Scale) -> Result<Self> {
+        if scale == Scale::Logarithmic && self.upper <= 0.0 {
+            return Err(self.bounds_error(self.lower, self.upper));
         }
-        Ok(free)
+        let least = match scale {
+            Scale::Linear => self.lower,
+            Scale::Logarithmic => self.lower.max(LEAST * self.upper),
+        };
+        Ok(Self {
+            lower: least,
+            scale,
+            ..self
+        })
     }
 
     /// The same within `lower` to `upper` [SI].
     pub fn within(self, lower: f64, upper: f64) -> Result<Self> {
-        let Self { row, .. } = self;
-        if lower < upper && row.admits(lower) && row.admits(upper) {
-            let lower = if self.logarithmic() {
-                lower.max(LEAST_INTENSITY)
-            } else {
-                lower
-            };
-            return Ok(Self {
-                lower,
-                upper,
-                ..self
-            });
+        let fits = lower < upper && self.row.admits(lower) && self.row.admits(upper);
+        if !fits {
+            return Err(self.bounds_error(lower, upper));
         }
-        let (name, unit) = (row.name.to_owned(), row.unit.symbol);
-        Err(Error::Bounds {
-            name,
+        Self {
             lower,
             upper,
-            min: row.min,
-            max: row.max,
-            unit,
+            ..self
+        }
+        .on(self.scale)
+    }
+
+    fn bounds_error(&self, lower: f64, upper: f64) -> Error {
+        Error::Bounds {
+            name: self.row.name.into(),
+            lower,
+            upper,
+            min: self.row.min,
+            max: self.row.max,
+            unit: self.row.unit.symbol,
+        }
+    }
+
+    /// The same with `prior`, whose mean lies within the bounds; without one, that of the interval
+    /// the literature measured: its middle, and the deviation of a uniform distribution over it.
+    pub fn with_prior(self, prior: Option<Prior>) -> Result<Self> {
+        let measured = || {
+            let (low, high) = self.row.measured?;
+            Some(Prior {
+                mean: 0.5 * (low + high),
+                deviation: (high - low) / 12f64.sqrt(),
+            })
+        };
+        let prior = prior.or_else(measured).ok_or(Error::NoPrior {
+            name: self.row.name,
+        })?;
+        let (mean, deviation) = (prior.mean, prior.deviation);
+        if !(self.lower..=self.upper).contains(&mean) || !(deviation > 0.0 && deviation.is_finite())
+        {
+            return Err(Error::Prior {
+                name: self.row.name,
+                mean,
+                deviation,
+                lower: self.lower,
+                upper: self.upper,
+                unit: self.row.unit.symbol,
+            });
+        }
+        Ok(Self {
+            prior: Some(prior),
+            ..self
         })
     }
 
-    /// Whether the search runs over the logarithm of the value.
-    fn logarithmic(&self) -> bool {
-        self.row.name == "remnant_intensity"
+    /// Mean and standard deviation of the prior in the variable of the search.
+    pub fn prior_variable(&self) -> Option<(f64, f64)> {
+        let prior = self.prior?;
+        Some((
+            self.variable(prior.mean),
+            prior.deviation / self.slope(prior.mean),
+        ))
     }
 
     /// Whether it is a nuisance: estimated for the others' sake, judged by no yardstick.
     pub fn nuisance(&self) -> bool {
-        self.logarithmic()
+        matches!(self.place, Place::Instruments(_)) || self.row.name == "remnant_intensity"
+    }
+
+    /// Whether the search runs over the logarithm of the value.
+    fn logarithmic(&self) -> bool {
+        self.scale == Scale::Logarithmic
     }
 
     /// A change of the value that counts as one in the search.
-    fn scale(&self) -> f64 {
+    fn unit(&self) -> f64 {
         match self.row.nominal {
-            0.0 => self.upper - self.lower,
+            // of an offset a hundredth of its range
+            0.0 => 0.01 * (self.row.max - self.row.min),
             nominal => nominal.abs(),
         }
     }
@@ -117,7 +248,7 @@ impl Free {
     pub fn bicycle_index(&self) -> Option<usize> {
         match self.place {
             Place::Bicycle(index) => Some(index),
-            Place::Excitation(_) => None,
+            Place::Excitation(_) | Place::Instruments(_) => None,
         }
     }
 
@@ -126,7 +257,7 @@ impl Free {
         if self.logarithmic() {
             value.ln()
         } else {
-            value / self.scale()
+            value / self.unit()
         }
     }
 
@@ -135,7 +266,7 @@ impl Free {
         if self.logarithmic() {
             variable.exp()
         } else {
-            variable * self.scale()
+            variable * self.unit()
         }
     }
 
@@ -144,7 +275,7 @@ impl Free {
         if self.logarithmic() {
             value
         } else {
-            self.scale()
+            self.unit()
         }
     }
 
@@ -156,30 +287,79 @@ impl Free {
     }
 }
 
-/// A bicycle and what drives it, some of it free.
-#[derive(Debug, Clone, PartialEq)]
+/// A row that keeps its ratio to a free one.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Tie {
+    follower: Place,
+    /// The free row it follows.
+    pub leader: &'static Quantity,
+}
+
+impl Tie {
+    /// `follower` tied to `leader`.
+    pub fn new(follower: &str, leader: &str) -> Result<Self> {
+        let (follower, leader) = (Place::of(follower)?, Place::of(leader)?);
+        if follower == leader {
+            return Err(Error::Form {
+                expected: "a row tied to another",
+                found: format!("{0}={0}", leader.row().name),
+            });
+        }
+        Ok(Self {
+            follower,
+            leader: leader.row(),
+        })
+    }
+
+    /// The row that follows.
+    pub fn follower(&self) -> &'static Quantity {
+        self.follower.row()
+    }
+}
+
+/// A bicycle, what drives it and what records it, some of it free.
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct Candidate {
     /// The bicycle.
     pub parameters: Parameters,
     /// What drives it.
     pub excitation: Excitation,
+    /// What records it.
+    pub instruments: Instruments,
 }
 
 impl Candidate {
     /// The value of a free parameter [SI].
     pub fn get(&self, free: &Free) -> f64 {
-        match free.place {
-            Place::Bicycle(index) => self.parameters.get(index),
-            Place::Excitation(index) => self.excitation.get(index),
-        }
+        self.value(free.place)
     }
 
     /// Sets a free parameter [SI].
     pub fn set(&mut self, free: &Free, value: f64) {
-        match free.place {
+        self.put(free.place, value);
+    }
+
+    fn value(&self, place: Place) -> f64 {
+        match place {
+            Place::Bicycle(index) => self.parameters.get(index),
+            Place::Excitation(index) => self.excitation.get(index),
+            Place::Instruments(index) => self.instruments.get(index),
+        }
+    }
+
+    fn put(&mut self, place: Place, value: f64) {
+        match place {
             Place::Bicycle(index) => self.parameters.set(index, value),
             Place::Excitation(index) => self.excitation.set(index, value),
+            Place::Instruments(index) => self.instruments.set(index, value),
         }
+    }
+
+    /// What `tie` leads from this candidate on: its follower at the ratio that `start` has.
+    pub(crate) fn follow(&mut self, tie: &Tie, start: &Self) {
+        let leader = Place::of(tie.leader.name).expect("a row");
+        let ratio = start.value(tie.follower) / start.value(leader);
+        self.put(tie.follower, ratio * self.value(leader));
     }
 
     /// The same with the free parameters at the variables `z`.
@@ -199,5 +379,23 @@ impl Candidate {
             free.iter()
                 .map(|f| f.variable(self.get(f).clamp(f.lower, f.upper))),
         )
+    }
+}
+
+/// A free parameter of a fit: of all rides, of a condition's or of one ride.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Variable {
+    /// The free parameter.
+    pub free: Free,
+    /// The condition or the ride it is of; none: of all.
+    pub of: Option<String>,
+}
+
+impl fmt::Display for Variable {
+    /// `viscous_friction`, or `remnant_intensity of monday.csv`.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.free.row.name)?;
+        let mut of = self.of.iter().map(|of| base(of));
+        of.try_for_each(|of| write!(f, " of {of}"))
     }
 }

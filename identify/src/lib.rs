@@ -17,6 +17,7 @@ pub mod inspect;
 pub mod map;
 pub mod objective;
 pub mod plan;
+pub mod problem;
 pub mod report;
 pub mod ride;
 pub mod run;

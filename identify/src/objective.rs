@@ -3,10 +3,11 @@
 pub mod amplitude;
 pub mod spectral;
 pub mod time;
+pub mod together;
 pub mod whittle;
 
 use crate::error::{Error, Result};
-use crate::free::{Candidate, Free};
+use crate::free::{Candidate, Free, Tie};
 use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
 
@@ -58,11 +59,13 @@ pub struct Information {
     pub factor: f64,
 }
 
-/// What the estimators share: the free parameters and the values of the rest.
+/// What the estimator of one ride seeks, and the values of the rest.
 #[derive(Debug, Clone)]
 pub struct Unknowns {
     /// The free parameters.
     pub free: Vec<Free>,
+    /// Rows that follow them.
+    pub ties: Vec<Tie>,
     /// All values; those of the free parameters are where the search starts.
     pub start: Candidate,
 }
@@ -70,6 +73,15 @@ pub struct Unknowns {
 impl Unknowns {
     /// The candidate at the variables `z` (further ones, of windows, are not looked at).
     pub fn candidate(&self, z: &DVector<f64>) -> Candidate {
-        self.start.at(&self.free, z)
+        let mut candidate = self.start.at(&self.free, z);
+        for tie in &self.ties {
+            candidate.follow(tie, &self.start);
+        }
+        candidate
+    }
+
+    /// Whether the row called `name` is sought.
+    pub fn seeks(&self, name: &str) -> bool {
+        self.free.iter().any(|free| free.row.name == name)
     }
 }

@@ -1,12 +1,49 @@
-//! What is asked of a fit, and what it means for a ride.
+//! What is asked of a fit, and what it means for rides.
 
 use crate::error::{Error, Result};
-use crate::free::{ALL, Candidate, Free, all};
+use crate::free::{ALL, Candidate, Free, Prior, Scale, Scope, Tie, Variable, all};
 use crate::objective::{Objective, Unknowns};
 use crate::ride::Ride;
 use crate::spectrum::{Recipe, Taper};
 use bicycle::simulate;
-use bicycle::{Bicycle, Excitation, Formulation, Parameters, State};
+use bicycle::{Bicycle, Excitation, Formulation, Instruments, Parameters, State};
+
+/// A change of how a free parameter is sought.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Change {
+    /// Other bounds than its row's range [SI].
+    Bounds(f64, f64),
+    /// Of how many rides it is one and the same.
+    Scope(Scope),
+    /// The scale of the search.
+    Scale(Scale),
+    /// What was known before; none: what the literature measured.
+    Prior(Option<Prior>),
+}
+
+impl Change {
+    fn apply(self, free: Free) -> Result<Free> {
+        match self {
+            Self::Bounds(lower, upper) => free.within(lower, upper),
+            Self::Scope(scope) => Ok(free.per(scope)),
+            Self::Scale(scale) => free.on(scale),
+            Self::Prior(prior) => free.with_prior(prior),
+        }
+    }
+}
+
+/// A ride to be fitted, and the bicycle that was ridden.
+#[derive(Debug, Clone)]
+pub struct Ridden<'a> {
+    /// The recording.
+    pub ride: &'a Ride,
+    /// The bicycle; what is free of it is one with the other rides', or starts here.
+    pub parameters: Parameters,
+    /// Speed [m/s] where the ride does not record it.
+    pub speed: f64,
+    /// Rides of one condition share what is free per condition.
+    pub condition: String,
+}
 
 /// What is asked of a fit. `None` leaves the choice to what the ride has recorded.
 #[derive(Debug, Clone)]
@@ -25,8 +62,10 @@ pub struct Plan {
     pub channels: Option<Vec<&'static str>>,
     /// The free parameters.
     pub free: Option<Vec<Free>>,
-    /// Bounds of free parameters, in place of their rows' ranges.
-    pub bounds: Vec<Free>,
+    /// What is changed of the free parameters: bounds, scope, scale, prior.
+    pub changes: Vec<(&'static str, Change)>,
+    /// Rows that follow free ones.
+    pub ties: Vec<Tie>,
     /// How spectra are taken; the taper follows from the number of channels.
     pub recipe: Recipe,
     /// Length of a window of the `time` objective [s].
@@ -50,7 +89,8 @@ impl Default for Plan {
             objective: None,
             channels: None,
             free: None,
-            bounds: Vec::new(),
+            changes: Vec::new(),
+            ties: Vec::new(),
             recipe: Recipe::default(),
             window: 0.5,
             noise: None,
@@ -62,41 +102,95 @@ impl Default for Plan {
 /// The channels that spectra look at, in the order of the likelihood.
 const SPECTRAL: [&str; 3] = ["steer", "roll_rate", "yaw_rate"];
 
-/// What a plan means for a ride: every choice made.
+impl Plan {
+    /// `ride`, ridden on the plan's own bicycle.
+    pub fn ridden<'a>(&self, ride: &'a Ride) -> Ridden<'a> {
+        Ridden {
+            ride,
+            parameters: self.parameters,
+            speed: self.speed,
+            condition: String::new(),
+        }
+    }
+}
+
+/// What a plan means for rides: every choice made.
 pub struct Resolved {
     /// The objective.
     pub objective: Objective,
     /// The channels.
     pub channels: Vec<&'static str>,
-    /// What is sought.
-    pub unknowns: Unknowns,
+    /// The free parameters, as each ride has them.
+    pub free: Vec<Free>,
     /// How spectra are taken.
     pub recipe: Recipe,
 }
 
-/// Makes the choices a plan leaves open. With the torque recorded: `time`, all four parameters
-/// (without slip the two of friction).
+impl Resolved {
+    /// What is sought in `ridden`.
+    pub fn unknowns(&self, ridden: &Ridden, plan: &Plan) -> Unknowns {
+        let start = Candidate {
+            parameters: ridden.parameters,
+            excitation: plan.excitation,
+            instruments: Instruments::default(),
+        };
+        Unknowns {
+            free: self.free.clone(),
+            ties: plan.ties.clone(),
+            start,
+        }
+    }
+
+    /// The variables of the search, and for each ride which of them are its free parameters.
+    pub fn variables(&self, rides: &[Ridden]) -> (Vec<Variable>, Vec<Vec<usize>>) {
+        let mut variables: Vec<Variable> = Vec::new();
+        let mut indices = vec![Vec::new(); rides.len()];
+        for free in &self.free {
+            let first = variables.len();
+            for (ridden, own) in rides.iter().zip(&mut indices) {
+                // one ride needs no name behind its parameters
+                let of = match free.scope {
+                    _ if rides.len() == 1 => None,
+                    Scope::Shared => None,
+                    Scope::Condition => Some(ridden.condition.clone()),
+                    Scope::Ride => Some(ridden.ride.name()),
+                };
+                let variable = Variable { free: *free, of };
+                let known = variables[first..].iter().position(|v| *v == variable);
+                own.push(known.map_or(variables.len(), |k| first + k));
+                if known.is_none() {
+                    variables.push(variable);
+                }
+            }
+        }
+        (variables, indices)
+    }
+}
+
+/// Makes the choices a plan leaves open. With the torque recorded in every ride: `time`, all four
+/// parameters (without slip the two of friction).
 /// Without: `whittle` where roll and yaw rate are recorded, else `amplitude` of the steering; of
 /// the friction then only the effective damping is sought.
-pub fn resolve(ride: &Ride, plan: &Plan) -> Result<Resolved> {
-    let has = |name: &&&'static str| ride.has(name);
+pub fn resolve(rides: &[Ridden], plan: &Plan) -> Result<Resolved> {
+    check_distinct(rides)?;
+    let record = |name: &str| rides.iter().all(|ridden| ridden.ride.has(name));
     let three = match &plan.channels {
         Some(channels) => channels.len() > 2,
-        None => SPECTRAL.iter().all(|name| ride.has(name)),
+        None => SPECTRAL.into_iter().all(record),
     };
     let objective = plan
         .objective
-        .unwrap_or(match (ride.has("steer_torque"), three) {
+        .unwrap_or(match (record("steer_torque"), three) {
             (true, _) => Objective::Time,
             (false, true) => Objective::Whittle,
             (false, false) => Objective::Amplitude,
         });
+    let recorded = || SPECTRAL.into_iter().filter(|name| record(name)).collect();
     let channels = plan.channels.clone().unwrap_or_else(|| match objective {
         Objective::Amplitude => vec!["steer"],
-        Objective::Whittle | Objective::Time => SPECTRAL.iter().filter(has).copied().collect(),
+        Objective::Whittle | Objective::Time => recorded(),
     });
     for (i, channel) in channels.iter().enumerate() {
-        ride.channel(channel)?;
         if channels[..i].contains(channel) {
             return Err(Error::Form {
                 expected: "each channel once",
@@ -104,10 +198,21 @@ pub fn resolve(ride: &Ride, plan: &Plan) -> Result<Resolved> {
             });
         }
     }
-    let bicycle = Bicycle::new(&plan.parameters, plan.formulation);
-    ride.check_moving()?;
-    simulate::check(&bicycle, ride.mean_speed(plan.speed))?;
-    check_moved(&channels, &bicycle)?;
+    for Ridden {
+        ride,
+        parameters,
+        speed,
+        ..
+    } in rides
+    {
+        channels
+            .iter()
+            .try_for_each(|c| ride.channel(c).map(drop))?;
+        let bicycle = Bicycle::new(parameters, plan.formulation);
+        ride.check_moving()?;
+        simulate::check(&bicycle, ride.mean_speed(*speed))?;
+        check_moved(&channels, &bicycle)?;
+    }
     let mut free = if let Some(free) = &plan.free {
         free.clone()
     } else {
@@ -127,25 +232,23 @@ pub fn resolve(ride: &Ride, plan: &Plan) -> Result<Resolved> {
             .map(|name| Free::new(name))
             .collect::<Result<_>>()?
     };
-    if objective != Objective::Time && !free.iter().any(Free::nuisance) {
+    let intensity = |free: &Free| free.row.name == "remnant_intensity";
+    if objective != Objective::Time && !free.iter().any(intensity) {
         free.push(Free::new("remnant_intensity")?);
     }
-    for bounded in &plan.bounds {
+    for (name, change) in &plan.changes {
         let known: Vec<_> = free.iter().map(|f| f.row.name).collect();
-        let name = bounded.row.name;
-        let place = free.iter_mut().find(|f| f.row.name == name);
-        *place.ok_or_else(|| Error::unknown("free parameter", name, known))? = *bounded;
+        let place = free.iter_mut().find(|f| f.row.name == *name);
+        let place = place.ok_or_else(|| Error::unknown("free parameter", name, known))?;
+        *place = change.apply(*place)?;
     }
     check_friction(&free, objective)?;
+    check_ties(&free, plan, rides)?;
     let taper = Taper::of(channels.len());
-    let start = Candidate {
-        parameters: plan.parameters,
-        excitation: plan.excitation,
-    };
     Ok(Resolved {
         objective,
         channels,
-        unknowns: Unknowns { free, start },
+        free,
         recipe: Recipe {
             taper,
             ..plan.recipe.clone()
@@ -153,12 +256,59 @@ pub fn resolve(ride: &Ride, plan: &Plan) -> Result<Resolved> {
     })
 }
 
+/// Refuses no ride at all and a ride that would be counted twice.
+fn check_distinct(rides: &[Ridden]) -> Result<()> {
+    if rides.is_empty() {
+        return Err(Error::NoRides);
+    }
+    for (i, ridden) in rides.iter().enumerate() {
+        if rides[..i].iter().any(|other| other.ride == ridden.ride) {
+            return Err(Error::SameRide {
+                ride: ridden.ride.name(),
+            });
+        }
+    }
+    Ok(())
+}
+
+/// Refuses a tie to a row that is not free, of a row that is, or without a ratio to keep.
+fn check_ties(free: &[Free], plan: &Plan, rides: &[Ridden]) -> Result<()> {
+    let is_free = |name: &str| free.iter().any(|f| f.row.name == name);
+    for tie in &plan.ties {
+        let (follower, leader) = (tie.follower().name, tie.leader.name);
+        let refuse = |why| {
+            Err(Error::Tie {
+                follower,
+                leader,
+                why,
+            })
+        };
+        if !is_free(leader) {
+            return refuse("the one it follows is not free");
+        }
+        if is_free(follower) {
+            return refuse("it is free itself");
+        }
+        let zero = |ridden: &Ridden| {
+            let index = Parameters::index(leader);
+            index.is_some_and(|i| ridden.parameters.get(i) == 0.0)
+        };
+        if rides.iter().any(zero) {
+            return refuse("the one it follows starts at 0, so that there is no ratio to keep");
+        }
+    }
+    Ok(())
+}
+
 /// What a fit leaves as it is though its user may take it for sought.
 pub fn left_alone(free: &[Free], plan: &Plan) -> Option<String> {
     let is_free = |name: &str| free.iter().any(|f| f.row.name == name);
     let slips = plan.formulation == Formulation::WhippleSlip;
     let p = &plan.parameters;
-    (slips && is_free("cornering_stiffness") && !is_free("rear_cornering_stiffness")).then(|| {
+    let follows = |name: &str| plan.ties.iter().any(|tie| tie.follower().name == name);
+    let rear = "rear_cornering_stiffness";
+    let alone = is_free("cornering_stiffness") && !is_free(rear) && !follows(rear);
+    (slips && alone).then(|| {
         format!(
             "only the front tyre is sought: rear_cornering_stiffness stays {} 1/rad, \
              rear_camber_stiffness {} 1/rad",

@@ -16,8 +16,7 @@ use crate::figure;
 use crate::fit::Fit;
 use crate::free::Free;
 use crate::objective::Objective;
-use crate::objective::time::Replay;
-use crate::ride::{Ride, quantity};
+use crate::ride::{Ride, base, quantity};
 use crate::run::Run;
 use crate::spectrum::Taper;
 use crate::verdict::Estimate;
@@ -25,15 +24,20 @@ use markup::{cell, escape, list, paragraph, section, symbol};
 use number::{exact, exact_with_unit, significant, with_unit};
 use words::{capitalised, headline, join, misfit, words, work};
 
-/// The report of `run` on its `ride`: one self-contained HTML file. An error where the ride is
-/// not one that the run can have come from.
-pub fn html(run: &Run, ride: &Ride) -> Result<String> {
+/// The report of `run` on its `rides`: one self-contained HTML file. An error where the rides are
+/// not those that the run can have come from.
+pub fn html(run: &Run, rides: &[Ride]) -> Result<String> {
     let fit = &run.fit;
-    let title = run.ride.file.rsplit(['/', '\\']).next().unwrap_or_default();
+    let names: Vec<&str> = run.rides.iter().map(|r| base(&r.source.file)).collect();
+    let title = &match names.len() {
+        1 => names[0].to_owned(),
+        n => format!("{} and {} more", names[0], n - 1),
+    };
+    let bicycles = run.rides.iter().map(|r| r.start.bicycle.clone());
     let about = format!(
         "Bicycle {}, {} equations; objective {} on {}",
-        run.start.bicycle,
-        run.start.formulation,
+        join(distinct(bicycles).into_iter()),
+        run.rides[0].start.formulation,
         fit.objective.name(),
         join(fit.channels.iter().map(|c| words(c))),
     );
@@ -45,30 +49,30 @@ pub fn html(run: &Run, ride: &Ride) -> Result<String> {
     }
     page += &section("Parameters", &parameters(fit));
     page += &section("Does the model explain the ride?", &agreement(fit));
-    let curves = run.curves(ride)?;
-    let lines: Vec<f64> = run
-        .asked
-        .recipe
-        .lines
-        .iter()
-        .map(|line| line.frequency)
-        .collect();
-    if !curves.is_empty() {
-        let svg = figure::spectrum(&curves, &lines);
-        page += &section("Spectrum", &markup::figure(&svg, SPECTRUM));
+    let problem = run.problem(rides)?;
+    let recipe = &run.asked.recipe;
+    let lines: Vec<f64> = recipe.lines.iter().map(|line| line.frequency).collect();
+    let titled = |what: &str, i: usize| match names.len() {
+        1 => what.to_owned(),
+        _ => format!("{what}: {}", names[i]),
+    };
+    for (i, curves) in run.curves(&problem)?.iter().enumerate() {
+        let figure = markup::figure(&figure::spectrum(curves, &lines), SPECTRUM);
+        page += &section(&titled("Spectrum", i), &figure);
     }
-    let traces = run.traces(ride)?;
     let caption = match fit.objective {
         Objective::Time => REPLAY.into(),
         _ if lines.is_empty() => RESIDUAL.into(),
         _ => format!("{RESIDUAL} {LINES}"),
     };
-    let signals = if traces.is_empty() {
-        paragraph("text", FALLEN)
-    } else {
-        markup::figure(&figure::traces(&traces), &caption)
-    };
-    page += &section("Signals", &signals);
+    for (i, traces) in run.traces(&problem, rides)?.iter().enumerate() {
+        let signals = if traces.is_empty() {
+            paragraph("text", FALLEN)
+        } else {
+            markup::figure(&figure::traces(traces), &caption)
+        };
+        page += &section(&titled("Signals", i), &signals);
+    }
     if fit.parameters.len() > 1 {
         page += &section("Correlations", &correlations(fit));
     }
@@ -76,6 +80,17 @@ pub fn html(run: &Run, ride: &Ride) -> Result<String> {
     page += &section("Work", &paragraph("text", &work(fit)));
     page += &section("Provenance", &provenance::provenance(run));
     Ok(page + markup::FOOT)
+}
+
+/// Each of `items` once, in their order.
+fn distinct<T: PartialEq>(items: impl Iterator<Item = T>) -> Vec<T> {
+    let mut seen = Vec::new();
+    for item in items {
+        if !seen.contains(&item) {
+            seen.push(item);
+        }
+    }
+    seen
 }
 
 const SPECTRUM: &str = "Amplitudes of sines in the residual of the moving average. In a single \
@@ -125,27 +140,35 @@ fn parameters(fit: &Fit) -> String {
 
 fn agreement(fit: &Fit) -> String {
     let text = paragraph("text", &misfit(fit));
-    if fit.replays.is_empty() {
+    let several = fit.explained.len() > 1;
+    let mut rows = Vec::new();
+    for ride in &fit.explained {
+        let name = if several {
+            format!("{}, ", base(&ride.ride))
+        } else {
+            String::new()
+        };
+        rows.extend(ride.replays.iter().map(|replay| {
+            let unit = quantity(&replay.channel).map_or("", |row| row.unit.symbol);
+            let accounted = significant(100.0 * replay.variance_accounted_for, 4) + "\u{a0}%";
+            let cells = [accounted, with_unit(replay.residual_rms, unit, 3)];
+            (
+                escape(&format!("{name}{}", words(&replay.channel))),
+                cells.map(|text| cell(&text)).to_vec(),
+            )
+        }));
+    }
+    if rows.is_empty() {
         return text;
     }
     let heads = ["channel", "variance accounted for", "residual, rms"].map(str::to_owned);
-    let row = |replay: &Replay| {
-        let unit = quantity(&replay.channel).map_or("", |row| row.unit.symbol);
-        let accounted = significant(100.0 * replay.variance_accounted_for, 4) + "\u{a0}%";
-        let cells = [accounted, with_unit(replay.residual_rms, unit, 3)];
-        (
-            escape(&words(&replay.channel)),
-            cells.map(|text| cell(&text)).to_vec(),
-        )
-    };
-    let rows: Vec<_> = fit.replays.iter().map(row).collect();
     text + &markup::table("replays", &heads, &rows)
 }
 
 /// The correlation matrix, red for one sign and blue for the other; – where a standard error is
 /// missing.
 fn correlations(fit: &Fit) -> String {
-    let name = |p: &Estimate| escape(&words(&p.name));
+    let name = |p: &Estimate| escape(&words(&p.label()));
     let known = |p: &Estimate| p.std_error.is_some();
     let coloured = |value: f64| {
         let colour = if value < 0.0 { "0,114,178" } else { "213,94,0" };
@@ -178,9 +201,14 @@ fn assumptions(run: &Run) -> Result<Vec<String>> {
         .iter()
         .map(|note| capitalised(note) + ".")
         .collect();
-    items.extend(run.ride.notes.iter().map(|note| format!("Ride: {note}.")));
+    let notes = run.rides.iter().flat_map(|ride| &ride.source.notes);
+    items.extend(
+        distinct(notes)
+            .into_iter()
+            .map(|note| format!("Ride: {note}.")),
+    );
     if fit.objective == Objective::Time {
-        let law = if run.start.law_in_loop {
+        let law = if run.rides[0].start.law_in_loop {
             "The steer torque of the ride acts besides the bicycle’s steering law, which is \
              closed on the simulated state."
         } else {
@@ -206,15 +234,19 @@ fn assumptions(run: &Run) -> Result<Vec<String>> {
                 .into(),
         );
     }
-    for (channel, noise) in fit.channels.iter().zip(&fit.noise) {
+    for (i, channel) in fit.channels.iter().enumerate() {
         let origin = if run.asked.noise.is_some() {
             "given"
         } else {
             "estimated above 10 Hz"
         };
         let unit = quantity(channel)?.unit.symbol;
-        let value = with_unit(*noise, unit, 2);
-        items.push(format!("Noise of {}: {value} ({origin}).", words(channel)));
+        let values = fit
+            .explained
+            .iter()
+            .map(|ride| with_unit(ride.noise[i], unit, 2));
+        let values = join(distinct(values).into_iter());
+        items.push(format!("Noise of {}: {values} ({origin}).", words(channel)));
     }
     if fit.objective == Objective::Whittle && fit.estimate("camber_stiffness").is_some() {
         items.push(

@@ -331,6 +331,11 @@ impl Ride {
     }
 }
 
+/// The last part of a path: what a ride is called beside others.
+pub(crate) fn base(path: &str) -> &str {
+    path.rsplit(['/', '\\']).next().unwrap_or_default()
+}
+
 /// `seconds` to the nanosecond: what a clock means by 0.1 + 0.2.
 pub(crate) fn nanoseconds(seconds: f64) -> f64 {
     (seconds * 1e9).round() / 1e9

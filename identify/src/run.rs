@@ -3,15 +3,15 @@
 use crate::error::{Error, Result};
 use crate::file;
 use crate::fit::Fit;
-use crate::free::{Candidate, Free};
-use crate::objective::Objective;
-use crate::objective::spectral::{Measured, Spectral};
+use crate::free::{Candidate, Free, Prior, Scale, Scope, Tie, Variable, rows};
+use crate::objective::spectral::Spectral;
 use crate::objective::time::Time;
-use crate::plan::{self, Plan};
+use crate::plan::{Plan, Ridden};
+use crate::problem::{Problem, Rides};
 use crate::ride::Ride;
 use crate::spectrum::{Recipe, Taper, residual};
 use crate::synthesis::{SensorNoise, Synthesis};
-use bicycle::{Excitation, Input, Parameters, Quantity};
+use bicycle::{Input, Instruments, Parameters};
 use nalgebra::DVector;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -70,9 +70,42 @@ pub struct Start {
     pub rows: BTreeMap<String, f64>,
 }
 
+/// A ride of a run.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Recorded {
+    /// Where it came from.
+    #[serde(flatten)]
+    pub source: Source,
+    /// Rides of one condition share what is free per condition.
+    pub condition: String,
+    /// The bicycle that was ridden.
+    pub start: Start,
+}
+
+/// A free parameter as it was asked for.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Sought {
+    /// Name of the row.
+    pub name: String,
+    /// Lower bound [SI].
+    pub lower: f64,
+    /// Upper bound [SI].
+    pub upper: f64,
+    /// Of how many rides it is one and the same.
+    pub scope: Scope,
+    /// The scale of the search.
+    pub scale: Scale,
+    /// What was known before.
+    pub prior: Option<Prior>,
+}
+
 /// How the fit was asked for.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Asked {
+    /// The free parameters.
+    pub free: Vec<Sought>,
+    /// Rows that followed them: follower, leader.
+    pub ties: Vec<(String, String)>,
     /// How spectra are taken.
     pub recipe: Recipe,
     /// Length of a window of `time` [s].
@@ -90,10 +123,8 @@ pub struct Asked {
 pub struct Run {
     /// Name and version of the program.
     pub program: String,
-    /// The ride.
-    pub ride: Source,
-    /// The bicycle it started from.
-    pub start: Start,
+    /// The rides.
+    pub rides: Vec<Recorded>,
     /// How it was asked for.
     pub asked: Asked,
     /// What came out.
@@ -101,36 +132,63 @@ pub struct Run {
     pub fit: Fit,
 }
 
-fn rows() -> impl Iterator<Item = &'static Quantity> {
-    Parameters::TABLE.iter().chain(Excitation::TABLE)
-}
-
-impl Run {
-    /// Puts a fit of `plan` on record.
-    pub fn new(
-        ride: Source,
-        bicycle: &str,
-        plan: &Plan,
-        law_in_loop: bool,
-        seed: u64,
-        fit: Fit,
-    ) -> Self {
-        let values = plan
-            .parameters
-            .to_array()
-            .into_iter()
-            .chain(plan.excitation.to_array());
+impl Recorded {
+    /// `ridden`, which came from `source`, on the bicycle called `bicycle`.
+    pub fn new(source: Source, bicycle: &str, ridden: &Ridden, plan: &Plan) -> Self {
+        let values = [
+            &ridden.parameters.to_array()[..],
+            &plan.excitation.to_array()[..],
+            &Instruments::default().to_array()[..],
+        ];
         Self {
-            program: concat!("wobble ", env!("CARGO_PKG_VERSION")).into(),
-            ride,
+            source,
+            condition: ridden.condition.clone(),
             start: Start {
                 bicycle: bicycle.into(),
                 formulation: plan.formulation.name().into(),
-                speed: plan.speed,
-                law_in_loop,
-                rows: rows().map(|row| row.name.to_owned()).zip(values).collect(),
+                speed: ridden.speed,
+                law_in_loop: ridden.ride.law_in_loop.unwrap_or(false),
+                rows: rows()
+                    .map(|row| row.name.to_owned())
+                    .zip(values.concat())
+                    .collect(),
             },
+        }
+    }
+
+    /// The bicycle and what drove it.
+    fn candidate(&self) -> Result<Candidate> {
+        let mut start = Candidate::default();
+        for (name, value) in &self.start.rows {
+            start.set(&Free::new(name)?, *value);
+        }
+        Ok(start)
+    }
+}
+
+impl Run {
+    /// Puts a fit of `plan` to `rides` on record; `seed` is that of the report's simulated rides.
+    pub fn new(rides: Vec<Recorded>, plan: &Plan, problem: &Problem, seed: u64, fit: Fit) -> Self {
+        let mut free: Vec<Sought> = Vec::new();
+        for Variable { free: f, .. } in &problem.variables {
+            if free.iter().all(|known| known.name != f.row.name) {
+                free.push(Sought {
+                    name: f.row.name.into(),
+                    lower: f.lower,
+                    upper: f.upper,
+                    scope: f.scope,
+                    scale: f.scale,
+                    prior: f.prior,
+                });
+            }
+        }
+        let tie = |tie: &Tie| (tie.follower().name.into(), tie.leader.name.into());
+        Self {
+            program: concat!("wobble ", env!("CARGO_PKG_VERSION")).into(),
+            rides,
             asked: Asked {
+                free,
+                ties: plan.ties.iter().map(tie).collect(),
                 recipe: Recipe {
                     taper: Taper::of(fit.channels.len()),
                     ..plan.recipe.clone()
@@ -147,11 +205,15 @@ impl Run {
     /// Reads a run from `fit.json`.
     pub fn read(path: &Path) -> Result<Self> {
         let text = file::read_text(path)?;
-        serde_json::from_str(&text).map_err(|cause| Error::Json {
+        let run: Self = serde_json::from_str(&text).map_err(|cause| Error::Json {
             file: path.display().to_string(),
             row: cause.line(),
             message: cause.to_string(),
-        })
+        })?;
+        if run.rides.is_empty() {
+            return Err(Error::NoRides.in_file(path.display().to_string()));
+        }
+        Ok(run)
     }
 
     /// The run as JSON.
@@ -161,30 +223,28 @@ impl Run {
 
     /// The plan that makes the same fit again.
     pub fn plan(&self) -> Result<Plan> {
-        let mut start = Candidate {
-            parameters: Parameters::default(),
-            excitation: Excitation::default(),
-        };
-        for (name, value) in &self.start.rows {
-            start.set(&Free::new(name)?, *value);
-        }
-        let formulation = crate::bicycles::formulation(&self.start.formulation)?;
+        let first = &self.rides[0];
+        let start = first.candidate()?;
+        let formulation = crate::bicycles::formulation(&first.start.formulation)?;
         let channel = |name: &String| crate::ride::quantity(name).map(|row| row.name);
+        let channels = self.fit.channels.iter().map(channel);
+        let tie = |(follower, leader): &(String, String)| Tie::new(follower, leader);
         Ok(Plan {
             parameters: start.parameters,
             formulation,
-            speed: self.start.speed,
+            speed: first.start.speed,
             excitation: start.excitation,
             objective: Some(self.fit.objective),
-            channels: Some(
-                self.fit
-                    .channels
+            channels: Some(channels.collect::<Result<_>>()?),
+            free: Some(
+                self.asked
+                    .free
                     .iter()
-                    .map(channel)
+                    .map(Sought::free)
                     .collect::<Result<_>>()?,
             ),
-            free: Some(self.free()?),
-            bounds: Vec::new(),
+            changes: Vec::new(),
+            ties: self.asked.ties.iter().map(tie).collect::<Result<_>>()?,
             recipe: self.asked.recipe.clone(),
             window: self.asked.window,
             noise: self.asked.noise.clone(),
@@ -192,24 +252,58 @@ impl Run {
         })
     }
 
-    fn free(&self) -> Result<Vec<Free>> {
-        let free = |p: &crate::verdict::Estimate| Free::new(&p.name)?.within(p.lower, p.upper);
-        self.fit.parameters.iter().map(free).collect()
+    /// `rides`, the run's own in their order, on the bicycles they were ridden on.
+    pub fn ridden<'a>(&self, rides: &'a [Ride]) -> Result<Vec<Ridden<'a>>> {
+        let ridden = |(ride, recorded): (&'a Ride, &Recorded)| {
+            Ok(Ridden {
+                ride,
+                parameters: recorded.candidate()?.parameters,
+                speed: recorded.start.speed,
+                condition: recorded.condition.clone(),
+            })
+        };
+        rides.iter().zip(&self.rides).map(ridden).collect()
     }
 
-    /// The fitted bicycle and what drives it.
-    pub fn fitted(&self) -> Result<Candidate> {
-        let plan = self.plan()?;
-        self.fit.candidate(&Candidate {
-            parameters: plan.parameters,
-            excitation: plan.excitation,
-        })
+    /// The problem that was solved, of the run's own rides.
+    pub fn problem(&self, rides: &[Ride]) -> Result<Problem> {
+        Problem::new(&self.ridden(rides)?, &self.plan()?)
     }
 
-    /// The variables of the search at the estimates.
-    fn variables(&self, free: &[Free]) -> DVector<f64> {
-        let values = free.iter().zip(&self.fit.parameters);
-        DVector::from_iterator(free.len(), values.map(|(f, p)| f.variable(p.value)))
+    /// The fitted bicycle of the run's ride number `ride`, and what drives it.
+    pub fn fitted(&self, ride: usize) -> Result<Candidate> {
+        let recorded = &self.rides[ride];
+        let start = recorded.candidate()?;
+        let mut candidate = start.clone();
+        let name = &self.fit.explained[ride].ride;
+        let own = |of: &String| of == name || *of == recorded.condition;
+        for estimate in &self.fit.parameters {
+            if estimate.of.as_ref().is_none_or(own) {
+                candidate.set(&Free::new(&estimate.name)?, estimate.value);
+            }
+        }
+        for (follower, leader) in &self.asked.ties {
+            candidate.follow(&Tie::new(follower, leader)?, &start);
+        }
+        Ok(candidate)
+    }
+
+    /// The estimates, in the order of the problem's variables.
+    pub fn values(&self) -> Vec<f64> {
+        self.fit.parameters.iter().map(|p| p.value).collect()
+    }
+}
+
+impl Sought {
+    fn free(&self) -> Result<Free> {
+        let free = Free::new(&self.name)?
+            .on(self.scale)?
+            .within(self.lower, self.upper)?;
+        let free = free.per(self.scope);
+        match self.prior {
+            None => Ok(free),
+            prior => free.with_prior(prior),
+        }
     }
 }
 
@@ -249,102 +343,57 @@ pub struct Trace {
 }
 
 impl Run {
-    /// Spectra of a ride beside those of the fitted model; none for `time`.
-    pub fn curves(&self, ride: &Ride) -> Result<Vec<Curve>> {
-        let plan = self.plan()?;
-        let resolved = plan::resolve(ride, &plan)?;
-        if resolved.objective == Objective::Time {
-            return Ok(Vec::new());
+    /// Each ride's spectra beside those of the fitted model; none for `time`.
+    pub fn curves(&self, problem: &Problem) -> Result<Vec<Vec<Curve>>> {
+        let z = problem.at(&self.values());
+        match &problem.rides {
+            Rides::Amplitude(spectra) | Rides::Whittle(spectra) => spectra
+                .each(&z, |ride, z| curves(&ride.spectral, z))
+                .into_iter()
+                .collect(),
+            Rides::Time(_) => Ok(Vec::new()),
         }
-        let z = self.variables(&resolved.unknowns.free);
-        let noise = Some(self.fit.noise.as_slice());
-        let measured = Measured::new(
-            ride,
-            &resolved.channels,
-            &resolved.recipe,
-            plan.speed,
-            noise,
-        )?;
-        let unit = measured.analysis.to_amplitude();
-        let spectral = Spectral {
-            measured,
-            unknowns: resolved.unknowns,
-            formulation: plan.formulation,
-        };
-        let expected = spectral.expected(&z)?;
-        let measured = &spectral.measured;
-        // |Y|² is exponential with mean S
-        let quantile = |s: f64, q: f64| unit * (-(1.0 - q).ln() * s).sqrt();
-        Ok(measured
-            .channels
-            .iter()
-            .enumerate()
-            .map(|(c, channel)| {
-                let power: Vec<f64> = expected.iter().map(|bin| bin[(c, c)].re).collect();
-                Curve {
-                    channel: (*channel).into(),
-                    unit: crate::ride::quantity(channel)
-                        .map_or("", |row| row.unit.symbol)
-                        .into(),
-                    frequency: measured.analysis.frequencies(),
-                    measured: measured
-                        .coefficients
-                        .iter()
-                        .map(|y| unit * y[c].norm())
-                        .collect(),
-                    expected: power
-                        .iter()
-                        .map(|s| unit * (0.25 * std::f64::consts::PI * s).sqrt())
-                        .collect(),
-                    low: power.iter().map(|s| quantile(*s, 0.025)).collect(),
-                    high: power.iter().map(|s| quantile(*s, 0.975)).collect(),
-                }
-            })
-            .collect())
     }
 
-    /// Signals beside those of the fitted model: replayed windows for `time`, else the residual
-    /// of the moving average beside that of a seeded ride (empty where the fitted bicycle falls).
-    pub fn traces(&self, ride: &Ride) -> Result<Vec<Trace>> {
-        let plan = self.plan()?;
-        let resolved = plan::resolve(ride, &plan)?;
-        let time: Vec<f64> = (0..ride.len()).map(|i| ride.time(i)).collect();
-        let unit =
-            |channel: &str| crate::ride::quantity(channel).map(|row| row.unit.symbol.to_owned());
-        if resolved.objective == Objective::Time {
-            let noise = Some(self.fit.noise.as_slice());
-            let channels = resolved.channels.clone();
-            let unknowns = resolved.unknowns;
-            let problem = Time::new(
-                ride,
-                &channels,
-                unknowns,
-                plan.formulation,
-                (plan.speed, plan.window),
-                noise,
-            )?;
-            let replayed = problem.replay_all(&self.variables(&problem.unknowns.free))?;
-            return channels
-                .iter()
-                .zip(replayed)
-                .map(|(channel, model)| {
-                    let n = model.len();
-                    Ok(Trace {
-                        channel: (*channel).into(),
-                        unit: unit(channel)?,
-                        time: time[..n].to_vec(),
-                        measured: ride.channel(channel)?[..n].to_vec(),
-                        model,
+    /// Each ride's signals beside those of the fitted model: replayed windows for `time`, else the
+    /// residual of the moving average beside that of a seeded ride (empty where the fitted bicycle
+    /// falls).
+    pub fn traces(&self, problem: &Problem, rides: &[Ride]) -> Result<Vec<Vec<Trace>>> {
+        let z = problem.at(&self.values());
+        if let Rides::Time(windows) = &problem.rides {
+            let found = problem.search(&z, &(0..problem.shared()).collect::<Vec<_>>())?;
+            let replayed = windows.each(&found.outcome.point, Time::replay_all);
+            let trace = |(replayed, ride): (Result<Vec<Vec<f64>>>, &Ride)| {
+                let channels = problem.channels.iter().zip(replayed?);
+                channels
+                    .map(|(channel, model)| {
+                        let measured = ride.channel(channel)?[..model.len()].to_vec();
+                        trace(channel, ride, measured, model)
                     })
-                })
-                .collect();
+                    .collect()
+            };
+            return replayed.into_iter().zip(rides).map(trace).collect();
         }
-        let fitted = self.fitted()?;
+        let plan = self.plan()?;
+        (0..rides.len())
+            .map(|i| self.residuals(i, &rides[i], &plan, &problem.channels))
+            .collect()
+    }
+
+    /// The residual of the run's ride number `i` beside that of a seeded one.
+    fn residuals(
+        &self,
+        i: usize,
+        ride: &Ride,
+        plan: &Plan,
+        channels: &[&str],
+    ) -> Result<Vec<Trace>> {
+        let fitted = self.fitted(i)?;
         let synthesis = Synthesis {
             parameters: self.as_simulated(&fitted),
             formulation: plan.formulation,
             input: Input {
-                speed: ride.mean_speed(plan.speed),
+                speed: ride.mean_speed(self.rides[i].start.speed),
                 ..Input::default()
             },
             excitation: fitted.excitation,
@@ -357,32 +406,61 @@ impl Run {
         let Ok(simulated) = synthesis.ride() else {
             return Ok(Vec::new());
         };
-        let window = (resolved.recipe.average / ride.step()).round() as usize;
-        resolved
-            .channels
-            .iter()
-            .map(|channel| {
-                Ok(Trace {
-                    channel: (*channel).into(),
-                    unit: unit(channel)?,
-                    time: time.clone(),
-                    measured: residual(ride.channel(channel)?, window),
-                    model: residual(simulated.channel(channel)?, window),
-                })
-            })
-            .collect()
+        let window = (plan.recipe.average / ride.step()).round() as usize;
+        let pair = |channel: &&str| {
+            let measured = residual(ride.channel(channel)?, window);
+            let model = residual(simulated.channel(channel)?, window);
+            trace(channel, ride, measured, model)
+        };
+        channels.iter().map(pair).collect()
     }
 
     /// The fitted bicycle with its effective damping, if that is what was fitted, as viscous
     /// friction alone.
     pub fn as_simulated(&self, fitted: &Candidate) -> Parameters {
         match self.fit.estimate("effective_damping") {
-            Some(damping) => Parameters {
-                viscous_friction: damping.value,
+            Some(_) => Parameters {
+                viscous_friction: fitted.excitation.effective_damping,
                 coulomb_friction: 0.0,
                 ..fitted.parameters
             },
             None => fitted.parameters,
         }
     }
+}
+
+fn trace(channel: &str, ride: &Ride, measured: Vec<f64>, model: Vec<f64>) -> Result<Trace> {
+    Ok(Trace {
+        channel: channel.into(),
+        unit: crate::ride::quantity(channel)?.unit.symbol.to_owned(),
+        time: (0..model.len()).map(|i| ride.time(i)).collect(),
+        measured,
+        model,
+    })
+}
+
+/// A ride's spectra beside those of the model at `z`.
+fn curves(spectral: &Spectral, z: &DVector<f64>) -> Result<Vec<Curve>> {
+    let expected = spectral.expected(z)?;
+    let measured = &spectral.measured;
+    let unit = measured.analysis.to_amplitude();
+    // |Y|² is exponential with mean S
+    let quantile = |s: f64, q: f64| unit * (-(1.0 - q).ln() * s).sqrt();
+    let curve = |(c, channel): (usize, &&'static str)| {
+        let power: Vec<f64> = expected.iter().map(|bin| bin[(c, c)].re).collect();
+        let coefficients = measured.coefficients.iter();
+        Ok(Curve {
+            channel: (*channel).into(),
+            unit: crate::ride::quantity(channel)?.unit.symbol.into(),
+            frequency: measured.analysis.frequencies(),
+            measured: coefficients.map(|y| unit * y[c].norm()).collect(),
+            expected: power
+                .iter()
+                .map(|s| unit * (0.25 * std::f64::consts::PI * s).sqrt())
+                .collect(),
+            low: power.iter().map(|s| quantile(*s, 0.025)).collect(),
+            high: power.iter().map(|s| quantile(*s, 0.975)).collect(),
+        })
+    };
+    measured.channels.iter().enumerate().map(curve).collect()
 }

@@ -13,7 +13,11 @@ use argmin::core::{
 use nalgebra::{DMatrix, DVector};
 
 /// What a search walks on: a cost and its local model, over the variables of the search.
-pub trait Landscape {
+pub trait Landscape: Sync {
+    /// Number of variables in blocks, behind the shared ones.
+    fn blocks(&self) -> usize {
+        0
+    }
     /// The cost at `z`; not finite where it cannot be computed.
     fn cost(&self, z: &DVector<f64>) -> f64;
     /// Gradient and curvature at a `z` of finite cost.

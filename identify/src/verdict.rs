@@ -1,7 +1,8 @@
 //! How far each number can be trusted: standard errors, correlations and a verdict in a word.
 
-use crate::free::Free;
+use crate::free::Variable;
 use crate::objective::Information;
+use crate::ride::base;
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 use serde::{Deserialize, Serialize};
 
@@ -39,6 +40,9 @@ impl Verdict {
 pub struct Estimate {
     /// Name of the row.
     pub name: String,
+    /// The condition or the ride it is of; none: of all.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub of: Option<String>,
     /// SI unit.
     pub unit: String,
     /// Estimate [SI].
@@ -58,6 +62,14 @@ pub struct Estimate {
     pub verdict: Verdict,
     /// Parameters whose change the data cannot tell from a change of this one.
     pub trades_against: Vec<String>,
+}
+
+impl Estimate {
+    /// Its name, and of which ride or condition it is where it is not of all.
+    pub fn label(&self) -> String {
+        let of = self.of.as_deref().map(base);
+        of.map_or_else(|| self.name.clone(), |of| format!("{} of {of}", self.name))
+    }
 }
 
 /// Relative singular value below which the data do not see a direction.
@@ -130,16 +142,16 @@ fn without(information: &Information, kept: &[usize]) -> Information {
 /// the nominal values; and the correlation matrix (0 in rows and columns without a standard
 /// error, 1 on the diagonal).
 pub fn judge(
-    free: &[Free],
+    variables: &[Variable],
     values: &[f64],
     here: &Information,
     nominal: Option<&Information>,
 ) -> (Vec<Estimate>, DMatrix<f64>) {
-    let n = free.len();
-    let at_bound: Vec<bool> = free
+    let n = variables.len();
+    let at_bound: Vec<bool> = variables
         .iter()
         .zip(values)
-        .map(|(f, &v)| {
+        .map(|(Variable { free: f, .. }, &v)| {
             v - f.lower < 1e-6 * (f.upper - f.lower) || f.upper - v < 1e-6 * (f.upper - f.lower)
         })
         .collect();
@@ -167,7 +179,7 @@ pub fn judge(
 
     let estimates = (0..n)
         .map(|i| {
-            let (f, value) = (&free[i], values[i]);
+            let (Variable { free: f, of }, value) = (&variables[i], values[i]);
             let k = kept.iter().position(|&j| j == i);
             let in_search = k.filter(|_| unseen[i].is_none()).map(|k| deviation(&at, k));
             let std_error = in_search.map(|s| s * f.slope(value));
@@ -197,6 +209,7 @@ pub fn judge(
             });
             Estimate {
                 name: f.row.name.into(),
+                of: of.clone(),
                 unit: f.row.unit.symbol.into(),
                 value,
                 std_error,
@@ -207,7 +220,7 @@ pub fn judge(
                 verdict,
                 trades_against: trades
                     .into_iter()
-                    .map(|j| free[j].row.name.into())
+                    .map(|j| variables[j].to_string())
                     .collect(),
             }
         })
@@ -219,9 +232,14 @@ pub fn judge(
 mod tests {
     #![expect(clippy::unwrap_used, reason = "a failed step is a failed test")]
     use super::*;
+    use crate::free::Free;
 
-    fn free(names: &[&str]) -> Vec<Free> {
-        names.iter().map(|name| Free::new(name).unwrap()).collect()
+    fn free(names: &[&str]) -> Vec<Variable> {
+        let variable = |name: &&str| Variable {
+            free: Free::new(name).unwrap(),
+            of: None,
+        };
+        names.iter().map(variable).collect()
     }
 
     fn information(curvature: DMatrix<f64>) -> Information {

@@ -55,7 +55,7 @@ fn plan(objective: Objective) -> Plan {
 }
 
 fn run(ride: &Ride, plan: &Plan) -> Fit {
-    let fit = fit(ride, plan, &|_| ()).expect("a fit");
+    let (_, fit) = fit(&[plan.ridden(ride)], plan, &|_| ()).expect("a fit");
     assert!(fit.converged, "{}", fit.termination);
     fit
 }
@@ -243,7 +243,9 @@ fn a_whole_ride_cannot_be_replayed_and_the_eigenvalue_is_named() {
         torque_recorded: true,
         ..synthesis(0)
     });
-    let error = fit(&recorded, &plan, &|_| ()).expect_err("the bicycle is unstable");
+    let error = fit(&[plan.ridden(&recorded)], &plan, &|_| ())
+        .map(drop)
+        .expect_err("the bicycle is unstable");
     assert_eq!(
         error.to_string(),
         "window: expected at most 0.54 s, found 1 s: the bicycle without its rider has the \

@@ -371,6 +371,10 @@ impl Time {
 }
 
 impl Landscape for Time {
+    fn blocks(&self) -> usize {
+        self.windows * self.order
+    }
+
     fn cost(&self, z: &DVector<f64>) -> f64 {
         let bicycle = self.bicycle(z);
         let Ok(pieces) = self.pieces(&bicycle) else {

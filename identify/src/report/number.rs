@@ -104,6 +104,7 @@ mod tests {
 
     fn estimate(value: f64, std_error: Option<f64>, unit: &str) -> Estimate {
         Estimate {
+            of: None,
             name: "cornering_stiffness".into(),
             unit: unit.into(),
             value,

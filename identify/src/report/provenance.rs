@@ -4,15 +4,28 @@ use super::markup::{cell, escape, paragraph, symbol, table};
 use super::number::{exact, exact_with_unit};
 use super::words::words;
 use crate::figure::shown;
-use crate::free::Free;
+use crate::free::{Free, Scope};
 use crate::objective::Objective;
 use crate::plan::Plan;
-use crate::run::Run;
+use crate::ride::base;
+use crate::run::{Recorded, Run};
 use std::fmt::Write as _;
 
-/// Definition list, command line, and the values that differ from the nominal ones.
+/// Definition lists, command line, and the values that differ from the nominal ones.
 pub(super) fn provenance(run: &Run) -> String {
-    let source = &run.ride;
+    let mut text = String::new();
+    for ride in &run.rides {
+        text += &origin(ride, run);
+    }
+    let _ = writeln!(text, "<pre>{}</pre>", escape(&command(run)));
+    for ride in &run.rides {
+        text += &values(ride, run.rides.len() > 1);
+    }
+    text
+}
+
+fn origin(ride: &Recorded, run: &Run) -> String {
+    let (source, start) = (&ride.source, &ride.start);
     let mut text = String::from("<dl>\n");
     let mut entry = |name: &str, value: &str| {
         let _ = writeln!(text, "<dt>{name}</dt><dd>{}</dd>", escape(value));
@@ -37,32 +50,39 @@ pub(super) fn provenance(run: &Run) -> String {
             &format!("{} to {}", exact(start), exact_with_unit(stop, "s")),
         );
     }
-    entry("Bicycle", &run.start.bicycle);
-    entry("Formulation", &run.start.formulation);
+    if !ride.condition.is_empty() {
+        entry("Condition", &ride.condition);
+    }
+    entry("Bicycle", &start.bicycle);
+    entry("Formulation", &start.formulation);
     entry(
         "Speed",
         &format!(
             "{} where the ride does not record it",
-            exact_with_unit(run.start.speed, "m/s")
+            exact_with_unit(start.speed, "m/s")
         ),
     );
     entry("Seed", &run.asked.seed.to_string());
-    let _ = writeln!(text, "</dl>\n<pre>{}</pre>", escape(&command(run)));
-    let rows: Vec<_> = run
-        .start
-        .rows
-        .iter()
+    text + "</dl>\n"
+}
+
+/// The values of a ride's bicycle that differ from the nominal ones.
+fn values(ride: &Recorded, several: bool) -> String {
+    let of = match several {
+        true => format!(" of {}", base(&ride.source.file)),
+        false => String::new(),
+    };
+    let rows = ride.start.rows.iter();
+    let rows: Vec<_> = rows
         .filter_map(|(name, value)| changed(name, *value))
         .collect();
     if rows.is_empty() {
-        return text + &paragraph("text", "Every parameter started at its nominal value.");
+        let text = format!("Every parameter{of} started at its nominal value.");
+        return paragraph("text", &text);
     }
-    text += &paragraph(
-        "text",
-        "Start and held values that differ from the nominal ones:",
-    );
+    let text = format!("Start and held values{of} that differ from the nominal ones:");
     let heads = ["parameter", "symbol", "value", "nominal", "unit"].map(str::to_owned);
-    text + &table("values", &heads, &rows)
+    paragraph("text", &text) + &table("values", &heads, &rows)
 }
 
 /// The row of a parameter, if `value` [SI] differs from the nominal one.
@@ -85,16 +105,19 @@ fn changed(name: &str, value: f64) -> Option<(String, Vec<String>)> {
 /// The fit as it would be typed. What was changed of another set than the nominal one is not in
 /// it: the table of values has it.
 fn command(run: &Run) -> String {
-    let (fit, source, asked) = (&run.fit, &run.ride, &run.asked);
-    let mut words = vec!["wobble fit".into(), quoted(&source.file)];
+    // several rides share how they were read, or a study says it
+    let (fit, asked) = (&run.fit, &run.asked);
+    let Recorded { source, start, .. } = &run.rides[0];
+    let mut words = vec!["wobble fit".into()];
+    words.extend(run.rides.iter().map(|ride| quoted(&ride.source.file)));
     let mut option = |name: &str, value: String| words.push(format!("--{name} {value}"));
-    option("bicycle", quoted(&run.start.bicycle));
-    option("formulation", run.start.formulation.clone());
-    option("set", format!("speed={}", run.start.speed));
-    if run.start.bicycle == "nominal" {
+    option("bicycle", quoted(&start.bicycle));
+    option("formulation", start.formulation.clone());
+    option("set", format!("speed={}", start.speed));
+    if start.bicycle == "nominal" {
         // where every spectral fit starts unless told
         let started = Plan::default().excitation.remnant_intensity;
-        for (name, value) in &run.start.rows {
+        for (name, value) in &start.rows {
             let nominal = Free::new(name).map_or(*value, |free| free.row.nominal);
             if *value != nominal && (name != "remnant_intensity" || *value != started) {
                 option("set", format!("{name}={value}"));
@@ -112,14 +135,33 @@ fn command(run: &Run) -> String {
     }
     option("objective", fit.objective.name().into());
     option("channels", fit.channels.join(","));
-    let names: Vec<&str> = fit.parameters.iter().map(|p| p.name.as_str()).collect();
+    let names: Vec<&str> = asked.free.iter().map(|p| p.name.as_str()).collect();
     option("free", names.join(","));
-    for p in &fit.parameters {
-        let whole =
-            Free::new(&p.name).is_ok_and(|free| (free.lower, free.upper) == (p.lower, p.upper));
-        if !whole {
+    for p in &asked.free {
+        let Ok(usual) = Free::new(&p.name) else {
+            continue;
+        };
+        if (usual.lower, usual.upper) != (p.lower, p.upper) {
             option("bounds", format!("{}={}:{}", p.name, p.lower, p.upper));
         }
+        if usual.scope != p.scope {
+            let scope = match p.scope {
+                Scope::Shared => "shared",
+                Scope::Condition => "per-condition",
+                Scope::Ride => "per-ride",
+            };
+            option(scope, p.name.clone());
+        }
+        if usual.scale != p.scale {
+            option("log", p.name.clone());
+        }
+        if let Some(prior) = p.prior {
+            let (mean, deviation) = (prior.mean, prior.deviation);
+            option("prior", format!("{}={mean}:{deviation}", p.name));
+        }
+    }
+    for (follower, leader) in &asked.ties {
+        option("tie", format!("{follower}={leader}"));
     }
     for (channel, noise) in fit.channels.iter().zip(asked.noise.iter().flatten()) {
         option("noise", format!("{channel}={noise}"));

@@ -4,6 +4,7 @@ use super::number::Numbers;
 use super::words::{advice, misfit, work};
 use crate::fit::Fit;
 use crate::free::Free;
+use crate::ride::base;
 use crate::verdict::Estimate;
 use std::fmt::Write as _;
 
@@ -47,7 +48,7 @@ pub(super) fn cells(estimate: &Estimate) -> [String; HEADS.len()] {
         ""
     };
     [
-        estimate.name.clone(),
+        estimate.label(),
         symbol(&estimate.name).into(),
         format!("{value} {unit}"),
         std_error.unwrap_or_else(|| NOTHING.into()),
@@ -88,10 +89,19 @@ pub(crate) fn aligned<const N: usize>(rows: &[[String; N]]) -> String {
 /// search ended.
 pub fn summary(fit: &Fit) -> String {
     let mut text = table(fit) + "\n" + &wrapped(&misfit(fit));
-    for replay in &fit.replays {
+    let several = fit.explained.len() > 1;
+    for (ride, replay) in fit
+        .explained
+        .iter()
+        .flat_map(|ride| ride.replays.iter().map(move |replay| (ride, replay)))
+    {
+        let of = match several {
+            true => format!(" of {}", base(&ride.ride)),
+            false => String::new(),
+        };
         let _ = writeln!(
             text,
-            "variance accounted for in {}: {:.0} %",
+            "variance accounted for in {}{of}: {:.0} %",
             replay.channel,
             100.0 * replay.variance_accounted_for
         );

@@ -5,7 +5,7 @@ use crate::figure::tests::check_well_formed;
 use crate::fit::{Work, fit};
 use crate::free::ALL;
 use crate::plan::Plan;
-use crate::run::Source;
+use crate::run::{Recorded, Source};
 use crate::spectrum::{Line, Recipe};
 use crate::synthesis::Synthesis;
 use crate::verdict::Verdict::{self, Determined, NotDetermined, Nuisance, Weak};
@@ -23,12 +23,14 @@ fn ridden(synthesis: &Synthesis, plan: &Plan) -> (Run, Ride) {
         times: Some((2.0, 26.0)),
         notes: vec!["resampled to 200 Hz".into()],
     };
-    let fit = fit(&ride, plan, &|_| ()).unwrap();
-    (Run::new(source, "nominal", plan, false, 7, fit), ride)
+    let rides = [plan.ridden(&ride)];
+    let (problem, fit) = fit(&rides, plan, &|_| ()).unwrap();
+    let recorded = Recorded::new(source, "nominal", &rides[0], plan);
+    (Run::new(vec![recorded], plan, &problem, 7, fit), ride)
 }
 
 fn check_page(run: &Run, ride: &Ride) -> String {
-    let page = html(run, ride).unwrap();
+    let page = html(run, std::slice::from_ref(ride)).unwrap();
     check_well_formed(&page);
     // nothing is fetched, nothing is run
     for absent in [
@@ -63,7 +65,11 @@ fn check_page(run: &Run, ride: &Ride) -> String {
         .map(|t| page.find(&format!("<h2>{t}")).unwrap())
         .collect();
     assert!(at.is_sorted(), "{at:?}");
-    assert_eq!(page, html(run, ride).unwrap(), "same input, same bytes");
+    assert_eq!(
+        page,
+        html(run, std::slice::from_ref(ride)).unwrap(),
+        "same input, same bytes"
+    );
     page
 }
 
@@ -102,11 +108,12 @@ fn a_report_of_steering_alone() {
     assert!(table(&run.fit).starts_with("Steer alone does not determine"));
 
     // with a remnant that drives it past its steer limit there is no ride to show: it is said
-    run.start
+    run.rides[0]
+        .start
         .rows
         .insert("steer_limit".into(), 10f64.to_radians());
     run.fit.parameters.last_mut().unwrap().value = 20.0;
-    let page = html(&run, &ride).unwrap();
+    let page = html(&run, std::slice::from_ref(&ride)).unwrap();
     assert!(page.contains(FALLEN) && page.contains("<h2>Spectrum"));
 }
 
@@ -148,6 +155,7 @@ fn estimate(name: &str, verdict: Verdict) -> Estimate {
     let free = Free::new(name).unwrap();
     Estimate {
         name: name.into(),
+        of: None,
         unit: free.row.unit.symbol.into(),
         value: free.row.nominal,
         std_error: Some(0.1),
@@ -165,7 +173,6 @@ fn judged(objective: Objective, channels: &[&str], rows: &[(&str, Verdict)]) -> 
     Fit {
         objective,
         channels: channels.iter().map(|c| (*c).into()).collect(),
-        noise: vec![0.0; channels.len()],
         parameters: rows
             .iter()
             .map(|(name, verdict)| estimate(name, *verdict))
@@ -174,8 +181,7 @@ fn judged(objective: Objective, channels: &[&str], rows: &[(&str, Verdict)]) -> 
         cost: 0.0,
         misfit: 1.0,
         observations: 200,
-        steer_rate_deviation: None,
-        replays: Vec::new(),
+        explained: Vec::new(),
         termination: "stopped after 3 iterations".into(),
         converged: true,
         work: Work::default(),

@@ -165,8 +165,9 @@ fn fit(ridden: &Ridden) -> Result<(Run, String)> {
         },
         ..Plan::default()
     };
-    let run = fitting::run(&ride, &plan, &ridden.bicycle, Source::of(&ride), 1000)?;
-    let html = report::html(&run, &ride)?;
+    let (rides, source) = ([plan.ridden(&ride)], Source::of(&ride));
+    let run = fitting::run(&rides, &plan, &ridden.bicycle.name, vec![source], 1000)?;
+    let html = report::html(&run, std::slice::from_ref(&ride))?;
     Ok((run, html))
 }
 
@@ -174,10 +175,8 @@ fn fit(ridden: &Ridden) -> Result<(Run, String)> {
 fn truth(run: &Run, ridden: &Ridden) -> Vec<(&'static str, f64)> {
     let p = &ridden.bicycle.parameters;
     // the steer rate of the fitted loop stands for that of the ride
-    let gain = run
-        .fit
-        .steer_rate_deviation
-        .map_or(0.0, identify::closed_loop::sign_gain);
+    let deviation = run.fit.explained[0].steer_rate_deviation;
+    let gain = deviation.map_or(0.0, identify::closed_loop::sign_gain);
     [
         ("cornering_stiffness", p.cornering_stiffness),
         ("camber_stiffness", p.camber_stiffness),

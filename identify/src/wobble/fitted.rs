@@ -5,7 +5,7 @@ use anyhow::Result;
 use bicycle::{Excitation, Input};
 use fmu::Starts;
 use identify::bicycles::{Bicycle, formulation};
-use identify::run::Run;
+use identify::run::{Recorded, Run};
 use identify::verdict::Verdict;
 use std::path::Path;
 
@@ -41,12 +41,21 @@ pub fn tell_excitation(bicycle: &Bicycle, why: &str) {
 }
 
 fn fitted(run: &Run) -> Result<Bicycle> {
-    let found = run.fitted()?;
+    let found = run.fitted(0)?;
+    let Recorded { source, start, .. } = &run.rides[0];
+    if run.rides.len() > 1 {
+        eprintln!(
+            "note: the bicycle of {}, the first of {} rides",
+            source.file,
+            run.rides.len()
+        );
+    }
     for estimate in &run.fit.parameters {
         if estimate.verdict == Verdict::NotDetermined {
             eprintln!(
                 "warning: {} = {} was not determined by the fit, and travels all the same",
-                estimate.name, estimate.value
+                estimate.label(),
+                estimate.value
             );
         }
     }
@@ -54,20 +63,20 @@ fn fitted(run: &Run) -> Result<Bicycle> {
         eprintln!("note: effective_damping travels as viscous_friction, coulomb_friction is 0");
     }
     Ok(Bicycle {
-        name: run.start.bicycle.clone(),
+        name: start.bicycle.clone(),
         description: String::new(),
-        source: format!("fitted to {} by {}", run.ride.file, run.program),
+        source: format!("fitted to {} by {}", source.file, run.program),
         parameters: run.as_simulated(&found),
         excitation: Excitation {
             effective_damping: Excitation::default().effective_damping,
             ..found.excitation
         },
         input: Input {
-            speed: run.start.speed,
+            speed: start.speed,
             ..Input::default()
         },
-        formulation: formulation(&run.start.formulation)?,
-        law_in_loop: run.start.law_in_loop,
+        formulation: formulation(&start.formulation)?,
+        law_in_loop: start.law_in_loop,
         notes: Vec::new(),
     })
 }

@@ -12,22 +12,23 @@ use identify::bicycles::Bicycle;
 use identify::csv::Import;
 use identify::error::{Error, Result as Typed};
 use identify::fit;
-use identify::free::{Free, all};
+use identify::free::{Free, Prior, Scale, Scope, Tie, all};
 use identify::map::Map;
 use identify::objective::Objective;
-use identify::plan::{self, Plan};
+use identify::plan::{self, Change, Plan, Ridden};
 use identify::ride::{Ride, quantity as channel_row};
-use identify::run::Run;
+use identify::run::{Recorded, Run, Source};
 use identify::{file, report};
 use std::path::{Path, PathBuf};
 
 #[derive(Args)]
 pub struct Fit {
-    /// Ride file
-    ride: PathBuf,
+    /// Ride files, all of the same bicycle
+    #[arg(required = true)]
+    rides: Vec<PathBuf>,
     #[command(flatten)]
     reading: RideArguments,
-    /// The stretch of the ride to use, on its own clock
+    /// The stretch of each ride to use, on its own clock
     #[arg(long, value_name = "START:STOP")]
     times: Option<String>,
     #[command(flatten)]
@@ -44,6 +45,24 @@ pub struct Fit {
     /// Bounds of a free parameter
     #[arg(long, value_name = "NAME=LOW:HIGH")]
     bounds: Vec<String>,
+    /// Parameters that are one and the same of all rides, comma-separated
+    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    shared: Vec<String>,
+    /// Parameters of which each condition has its own
+    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    per_condition: Vec<String>,
+    /// Parameters of which each ride has its own
+    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    per_ride: Vec<String>,
+    /// Parameters sought on a logarithmic scale
+    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    log: Vec<String>,
+    /// What was known before of a parameter; without numbers what the literature measured
+    #[arg(long, value_name = "NAME[=MEAN:DEVIATION]")]
+    prior: Vec<String>,
+    /// Let a parameter keep its ratio to a free one
+    #[arg(long, value_name = "FOLLOWER=LEADER")]
+    tie: Vec<String>,
     /// Standard deviation of a channel's noise, else estimated above 10 Hz; for all channels or none
     #[arg(long, value_name = "CHANNEL=VALUE")]
     noise: Vec<String>,
@@ -74,27 +93,28 @@ impl Fit {
             .as_deref()
             .map(|text| pair("--times", text, S))
             .transpose()?;
-        let mut ride = self.reading.read(&self.ride)?;
-        if let Some((start, stop)) = times {
-            ride = ride.slice(start..stop)?;
+        let mut rides = Vec::new();
+        let mut sources = Vec::new();
+        for path in &self.rides {
+            let mut ride = self.reading.read(path)?;
+            if let Some((start, stop)) = times {
+                ride = ride.slice(start..stop)?;
+            }
+            ride.law_in_loop.get_or_insert(bicycle.law_in_loop);
+            sources.push(self.reading.source(&ride, times)?);
+            rides.push(ride);
         }
-        ride.law_in_loop.get_or_insert(bicycle.law_in_loop);
+        let ridden: Vec<_> = rides.iter().map(|ride| plan.ridden(ride)).collect();
         if !self.noise.is_empty() {
-            let channels = plan::resolve(&ride, &plan)?.channels;
+            let channels = plan::resolve(&ridden, &plan)?.channels;
             plan.noise = Some(noise_of(&self.noise, &channels)?);
         }
-        if self.bicycle.sets("speed") && ride.has("speed") {
+        if self.bicycle.sets("speed") && rides.iter().any(|ride| ride.has("speed")) {
             eprintln!("note: the ride records its speed; --set speed has no say in this fit");
         }
-        let run = run(
-            &ride,
-            &plan,
-            &bicycle,
-            self.reading.source(&ride, times)?,
-            self.seed,
-        )?;
+        let run = run(&ridden, &plan, &bicycle.name, sources, self.seed)?;
         if let Some(path) = &self.report {
-            file::write(path, report::html(&run, &ride)?)?;
+            file::write(path, report::html(&run, &rides)?)?;
         }
         eprint!("{}", report::summary(&run.fit));
         if self.output.json || self.output.out.is_some() {
@@ -124,7 +144,8 @@ impl Fit {
             objective: objective.transpose()?,
             channels,
             free: self.free(bicycle.formulation)?,
-            bounds: self.bounds()?,
+            changes: self.changes()?,
+            ties: self.ties()?,
             recipe: self.spectrum.recipe()?,
             window: quantity("--window", &self.window, S)?,
             noise: None,
@@ -153,15 +174,56 @@ impl Fit {
         names("--free", asked, Free::new)
     }
 
-    fn bounds(&self) -> Typed<Vec<Free>> {
-        let bound = |text: &String| {
-            let typed = |cause: Error| cause.typed(format!("--bounds {text}"));
-            let (name, ends) = assignment("--bounds", text)?;
-            let free = Free::new(name).map_err(typed)?;
-            let (lower, upper) = pair("--bounds", ends, free.row.unit)?;
-            free.within(lower, upper).map_err(typed)
+    /// What is changed of how the free parameters are sought, in the order in which it acts: a
+    /// scale before the bounds on it, bounds before a prior within them.
+    fn changes(&self) -> Typed<Vec<(&'static str, Change)>> {
+        let mut changes = Vec::new();
+        let row = |flag: &str, name: &str| {
+            let free = Free::new(name).map_err(|cause| cause.typed(format!("{flag} {name}")))?;
+            Ok::<_, Error>(free.row)
         };
-        self.bounds.iter().map(bound).collect()
+        let plain = [
+            ("--log", &self.log, Change::Scale(Scale::Logarithmic)),
+            ("--shared", &self.shared, Change::Scope(Scope::Shared)),
+            (
+                "--per-condition",
+                &self.per_condition,
+                Change::Scope(Scope::Condition),
+            ),
+            ("--per-ride", &self.per_ride, Change::Scope(Scope::Ride)),
+        ];
+        for (flag, names, change) in plain {
+            for name in names {
+                changes.push((row(flag, name)?.name, change));
+            }
+        }
+        for text in &self.bounds {
+            let (name, ends) = assignment("--bounds", text)?;
+            let row = row("--bounds", name)?;
+            let (lower, upper) = pair("--bounds", ends, row.unit)?;
+            changes.push((row.name, Change::Bounds(lower, upper)));
+        }
+        for text in &self.prior {
+            let (name, numbers) = match text.split_once('=') {
+                Some((name, numbers)) => (name, Some(numbers)),
+                None => (text.as_str(), None),
+            };
+            let row = row("--prior", name)?;
+            let prior = |text| {
+                let (mean, deviation) = pair("--prior", text, row.unit)?;
+                Ok::<_, Error>(Prior { mean, deviation })
+            };
+            changes.push((row.name, Change::Prior(numbers.map(prior).transpose()?)));
+        }
+        Ok(changes)
+    }
+
+    fn ties(&self) -> Typed<Vec<Tie>> {
+        let tie = |text: &String| {
+            let (follower, leader) = assignment("--tie", text)?;
+            Tie::new(follower, leader).map_err(|cause| cause.typed(format!("--tie {text}")))
+        };
+        self.tie.iter().map(tie).collect()
     }
 }
 
@@ -206,35 +268,30 @@ fn names<T>(
     given.iter().map(one).collect::<Typed<Vec<T>>>().map(Some)
 }
 
-/// Fits and puts on record.
+/// Fits rides of the bicycle called `bicycle` and puts the fit on record.
 pub fn run(
-    ride: &Ride,
+    rides: &[Ridden],
     plan: &Plan,
-    bicycle: &Bicycle,
-    source: identify::run::Source,
+    bicycle: &str,
+    sources: Vec<Source>,
     seed: u64,
 ) -> Result<Run> {
     let progress = Progress::new();
-    let fit = fit::fit(ride, plan, &|what| progress.say(what))
-        .with_context(|| format!("fit of {}", ride.name()))?;
-    let law_in_loop = ride.law_in_loop.unwrap_or(bicycle.law_in_loop);
-    Ok(Run::new(
-        source,
-        &bicycle.name,
-        plan,
-        law_in_loop,
-        seed,
-        fit,
-    ))
+    let names: Vec<String> = rides.iter().map(|ridden| ridden.ride.name()).collect();
+    let (problem, fit) = fit::fit(rides, plan, &|what| progress.say(what))
+        .with_context(|| format!("fit of {}", names.join(", ")))?;
+    let recorded = sources.into_iter().zip(rides);
+    let recorded = recorded.map(|(source, ridden)| Recorded::new(source, bicycle, ridden, plan));
+    Ok(Run::new(recorded.collect(), plan, &problem, seed, fit))
 }
 
 #[derive(Args)]
 pub struct Report {
     /// The fit, as `wobble fit -o` wrote it
     fit: PathBuf,
-    /// The ride file, where it has moved
+    /// The ride files, in their order, where they have moved
     #[arg(long, value_name = "FILE")]
-    ride: Option<PathBuf>,
+    ride: Vec<PathBuf>,
     /// Print the fit as JSON
     #[arg(long)]
     json: bool,
@@ -246,12 +303,8 @@ pub struct Report {
 impl Report {
     pub fn run(&self) -> Result<()> {
         let run = Run::read(&self.fit)?;
-        let path = self
-            .ride
-            .clone()
-            .unwrap_or_else(|| PathBuf::from(&run.ride.file));
-        let ride = read_again(&run, &path)?;
-        file::write(&self.out, report::html(&run, &ride)?)?;
+        let rides = read_again(&run, &self.ride)?;
+        file::write(&self.out, report::html(&run, &rides)?)?;
         eprintln!("wrote {}", self.out.display());
         let output = Output {
             json: self.json,
@@ -261,25 +314,42 @@ impl Report {
     }
 }
 
-/// The ride of a fit, which must be the same to the last byte.
-fn read_again(run: &Run, path: &Path) -> Result<Ride> {
-    let map = run.ride.map.as_deref().map(Map::open).transpose()?;
+/// The rides of a fit, which must be the same to the last byte; `moved` names their files where
+/// they are no longer where they were.
+pub fn read_again(run: &Run, moved: &[PathBuf]) -> Result<Vec<Ride>> {
+    if !moved.is_empty() && moved.len() != run.rides.len() {
+        let error = Error::Form {
+            expected: "--ride for each ride of the fit, or none",
+            found: format!("{} for {} rides", moved.len(), run.rides.len()),
+        };
+        return Err(error.typed("--ride").into());
+    }
+    let read = |(i, recorded): (usize, &Recorded)| {
+        let own = Path::new(&recorded.source.file);
+        one_again(recorded, moved.get(i).map_or(own, PathBuf::as_path))
+    };
+    run.rides.iter().enumerate().map(read).collect()
+}
+
+fn one_again(recorded: &Recorded, path: &Path) -> Result<Ride> {
+    let source = &recorded.source;
+    let map = source.map.as_deref().map(Map::open).transpose()?;
     let changed = map
         .as_ref()
-        .filter(|map| run.ride.map_sha256.as_ref() != Some(&map.sha256));
+        .filter(|map| source.map_sha256.as_ref() != Some(&map.sha256));
     if let Some(map) = changed {
         return Err(Error::OtherFile {
-            file: run.ride.map.clone().unwrap_or_default(),
+            file: source.map.clone().unwrap_or_default(),
             what: "map",
-            expected: run.ride.map_sha256.clone().unwrap_or_default(),
+            expected: source.map_sha256.clone().unwrap_or_default(),
             found: map.sha256.clone(),
         }
         .into());
     }
     let import = Import {
         map,
-        rate: run.ride.rate,
-        resample: run.ride.resample,
+        rate: source.rate,
+        resample: source.resample,
     };
     let mut ride = import.read(path)?;
     let found = ride
@@ -287,18 +357,18 @@ fn read_again(run: &Run, path: &Path) -> Result<Ride> {
         .as_ref()
         .map(|o| o.sha256.as_str())
         .unwrap_or_default();
-    if found != run.ride.sha256 {
+    if found != source.sha256 {
         return Err(Error::OtherFile {
             file: path.display().to_string(),
             what: "ride",
-            expected: run.ride.sha256.clone(),
+            expected: source.sha256.clone(),
             found: found.into(),
         }
         .into());
     }
-    if let Some((start, stop)) = run.ride.times {
+    if let Some((start, stop)) = source.times {
         ride = ride.slice(start..stop)?;
     }
-    ride.law_in_loop = Some(run.start.law_in_loop);
+    ride.law_in_loop = Some(recorded.start.law_in_loop);
     Ok(ride)
 }

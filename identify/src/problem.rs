@@ -1,0 +1,455 @@
+//! What a plan means for rides, ready to be searched: starts, profiles and bootstraps are many
+//! searches of one problem.
+
+use crate::error::{Error, Result};
+use crate::free::{Candidate, Free, Variable};
+use crate::objective::amplitude::Amplitude;
+use crate::objective::spectral::{Measured, Spectral};
+use crate::objective::time::Time;
+use crate::objective::together::{Member, Together};
+use crate::objective::whittle::Whittle;
+use crate::objective::{Information, Objective};
+use crate::plan::{Plan, Resolved, Ridden, resolve};
+use crate::solver::{Landscape, Limits, Outcome, minimise};
+use nalgebra::DVector;
+use serde::{Deserialize, Serialize};
+
+/// The work a fit took.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Work {
+    /// Iterations of the search.
+    pub iterations: u64,
+    /// Evaluations of the cost.
+    pub cost_evaluations: u64,
+    /// Evaluations of gradient and curvature.
+    pub curvature_evaluations: u64,
+    /// Searches: the weights of `amplitude` are renewed between them.
+    pub passes: u64,
+}
+
+impl Work {
+    fn of(outcome: &Outcome) -> Self {
+        Self {
+            iterations: outcome.iterations,
+            cost_evaluations: outcome.cost_evaluations,
+            curvature_evaluations: outcome.curvature_evaluations,
+            passes: 1,
+        }
+    }
+
+    fn and(self, other: Self) -> Self {
+        Self {
+            iterations: self.iterations + other.iterations,
+            cost_evaluations: self.cost_evaluations + other.cost_evaluations,
+            curvature_evaluations: self.curvature_evaluations + other.curvature_evaluations,
+            passes: self.passes + other.passes,
+        }
+    }
+}
+
+/// Where one search ended, and the work it took.
+#[derive(Debug, Clone)]
+pub struct Found {
+    /// The end: shared variables, then the rides' blocks.
+    pub outcome: Outcome,
+    /// The work.
+    pub work: Work,
+}
+
+/// The rides under one objective.
+pub enum Rides {
+    /// Spectra, fitted by amplitude.
+    Amplitude(Together<Whittle>),
+    /// Spectra, fitted by likelihood.
+    Whittle(Together<Whittle>),
+    /// Replayed windows.
+    Time(Together<Time>),
+}
+
+/// Rides, what is sought in them and what is made small.
+pub struct Problem {
+    /// The objective.
+    pub objective: Objective,
+    /// The channels.
+    pub channels: Vec<&'static str>,
+    /// What the rides are called.
+    pub names: Vec<String>,
+    /// What is sought.
+    pub variables: Vec<Variable>,
+    /// The rides.
+    pub rides: Rides,
+    /// The variables of the plan's own values.
+    own: DVector<f64>,
+    max_iterations: u64,
+}
+
+/// A fall of the cost below which a search of spectra has arrived.
+const SPECTRAL: f64 = 1e-9;
+/// The same of replayed windows, whose cost carries the noise of every sample.
+const REPLAYED: f64 = 1e-5;
+/// Searches with frozen weights at most.
+const PASSES: u64 = 6;
+
+impl Problem {
+    /// The problem of `plan` on `rides`.
+    pub fn new(rides: &[Ridden], plan: &Plan) -> Result<Self> {
+        let resolved = resolve(rides, plan)?;
+        let (variables, indices) = resolved.variables(rides);
+        let own = own(&variables, &indices, rides, &resolved, plan);
+        let mut problem = Self {
+            objective: resolved.objective,
+            channels: resolved.channels.clone(),
+            names: rides.iter().map(|ridden| ridden.ride.name()).collect(),
+            rides: build(rides, plan, &resolved, &variables, &indices)?,
+            variables,
+            own,
+            max_iterations: plan.max_iterations,
+        };
+        let (observations, free) = (problem.observations(), problem.variables.len());
+        if observations <= free {
+            return Err(Error::TooFewObservations {
+                free,
+                found: observations,
+            });
+        }
+        problem.own = problem.stand()?;
+        Ok(problem)
+    }
+
+    /// Number of variables that are no block's.
+    pub fn shared(&self) -> usize {
+        self.variables.len()
+    }
+
+    /// Number of observations.
+    pub fn observations(&self) -> usize {
+        match &self.rides {
+            Rides::Amplitude(t) | Rides::Whittle(t) => {
+                let bins = |m: &Member<Whittle>| m.landscape.spectral.measured.coefficients.len();
+                t.members.iter().map(bins).sum::<usize>() * self.channels.len()
+            }
+            Rides::Time(t) => t.members.iter().map(|m| m.landscape.observations()).sum(),
+        }
+    }
+
+    /// Where a search begins: the plan's own values, or as near to them as there is a spectrum.
+    pub fn start(&self) -> DVector<f64> {
+        self.own.clone()
+    }
+
+    /// The bounds of the shared variables.
+    pub fn limits(&self) -> Limits {
+        let variables = |value: fn(&Free) -> f64| {
+            let values = self
+                .variables
+                .iter()
+                .map(|v| v.free.variable(value(&v.free)));
+            DVector::from_iterator(self.shared(), values)
+        };
+        Limits {
+            lower: variables(|f| f.lower),
+            upper: variables(|f| f.upper),
+            reach: DVector::from_element(self.shared(), 0.7),
+        }
+    }
+
+    /// The values of the free parameters [SI] at the variables `z`.
+    pub fn values(&self, z: &DVector<f64>) -> Vec<f64> {
+        let variables = self.variables.iter().zip(z.iter());
+        variables.map(|(v, z)| v.free.value(*z)).collect()
+    }
+
+    /// The variables at `values` [SI], within the bounds.
+    pub fn at(&self, values: &[f64]) -> DVector<f64> {
+        let variable = |(v, value): (&Variable, &f64)| {
+            v.free.variable(value.clamp(v.free.lower, v.free.upper))
+        };
+        let variables = self.variables.iter().zip(values).map(variable);
+        DVector::from_iterator(self.shared(), variables)
+    }
+
+    /// One search from the shared variables `start`; those of `held` stay.
+    pub fn search(&self, start: &DVector<f64>, held: &[usize]) -> Result<Found> {
+        let mut limits = self.limits();
+        for &i in held {
+            (limits.lower[i], limits.upper[i]) = (start[i], start[i]);
+        }
+        match &self.rides {
+            Rides::Amplitude(spectra) => {
+                // the likelihood carries its own weights and comes near from any start
+                let near = self.minimise(spectra, start.clone(), &limits, SPECTRAL)?;
+                self.renew_weights(spectra, near, &limits)
+            }
+            Rides::Whittle(spectra) => self.minimise(spectra, start.clone(), &limits, SPECTRAL),
+            Rides::Time(windows) => {
+                let start = with_blocks(windows, start);
+                self.minimise(windows, start, &limits, REPLAYED)
+            }
+        }
+    }
+
+    fn minimise(
+        &self,
+        landscape: &impl Landscape,
+        start: DVector<f64>,
+        limits: &Limits,
+        tolerance: f64,
+    ) -> Result<Found> {
+        let limits = limits.clone();
+        let outcome = minimise(landscape, start, limits, tolerance, self.max_iterations)?;
+        let work = Work::of(&outcome);
+        Ok(Found { outcome, work })
+    }
+
+    /// Searches by amplitude with frozen weights, from the most likely point on, until renewing
+    /// them moves nothing.
+    fn renew_weights(
+        &self,
+        spectra: &Together<Whittle>,
+        near: Found,
+        limits: &Limits,
+    ) -> Result<Found> {
+        let mut point = near.outcome.point;
+        let mut work = Work {
+            passes: 0,
+            ..near.work
+        };
+        loop {
+            let weighted = weighted(spectra, &point)?;
+            let found = self.minimise(&weighted, point.clone(), limits, SPECTRAL)?;
+            work = work.and(found.work);
+            let moved = (&found.outcome.point - &point).amax();
+            point.clone_from(&found.outcome.point);
+            let outcome = found.outcome;
+            if moved < 1e-3 {
+                return Ok(Found { outcome, work });
+            }
+            if work.passes == PASSES {
+                let termination = format!(
+                    "the weights still moved the estimates by {moved:.1e} of their scale after {PASSES} passes"
+                );
+                let outcome = Outcome {
+                    termination,
+                    converged: false,
+                    ..outcome
+                };
+                return Ok(Found { outcome, work });
+            }
+        }
+    }
+
+    /// The least cost with the shared variables at `z`.
+    pub fn cost(&self, z: &DVector<f64>) -> f64 {
+        match &self.rides {
+            Rides::Amplitude(spectra) => {
+                weighted(spectra, z).map_or(f64::INFINITY, |together| together.cost(z))
+            }
+            Rides::Whittle(spectra) => spectra.cost(z),
+            Rides::Time(_) => {
+                let held: Vec<usize> = (0..self.shared()).collect();
+                let settled = self.search(z, &held);
+                settled.map_or(f64::INFINITY, |found| found.outcome.cost)
+            }
+        }
+    }
+
+    /// What the rides know at the point `z` of a search.
+    pub fn information(&self, z: &DVector<f64>) -> Result<Information> {
+        match &self.rides {
+            Rides::Amplitude(spectra) => spectra.information(z, |ride, z| {
+                Amplitude::new(ride.spectral.clone(), z)?.information(z)
+            }),
+            Rides::Whittle(spectra) => spectra.information(z, Whittle::information),
+            Rides::Time(windows) => windows.information(z, Time::information),
+        }
+    }
+
+    /// Refuses a free parameter along which nothing changes at the start.
+    pub fn check_influence(&self) -> Result<()> {
+        let z = self.start();
+        let curvature = match &self.rides {
+            Rides::Amplitude(spectra) => weighted(spectra, &z)?.quadratic(&z)?.curvature,
+            Rides::Whittle(spectra) => spectra.quadratic(&z)?.curvature,
+            Rides::Time(windows) => windows.quadratic(&with_blocks(windows, &z))?.curvature,
+        };
+        let largest = curvature.diagonal().amax();
+        let deaf = (0..self.shared()).find(|&i| curvature[(i, i)] <= 1e-20 * largest);
+        deaf.map_or(Ok(()), |i| {
+            Err(Error::NoInfluence {
+                name: self.variables[i].to_string(),
+                objective: self.objective.name(),
+                why: "no equation that this objective evaluates changes with it at these values",
+            })
+        })
+    }
+
+    /// The point `z` with its shared variables at the nominal values; a nuisance keeps its own.
+    pub fn nominal(&self, z: &DVector<f64>) -> DVector<f64> {
+        let mut nominal = z.clone();
+        for (i, Variable { free, .. }) in self.variables.iter().enumerate() {
+            if !free.nuisance() {
+                nominal[i] = free.variable(free.row.nominal.clamp(free.lower, free.upper));
+            }
+        }
+        nominal
+    }
+
+    /// The first start, from the plan's own towards the nominal values, at which every ride has a
+    /// spectrum.
+    fn stand(&self) -> Result<DVector<f64>> {
+        let (Rides::Amplitude(spectra) | Rides::Whittle(spectra)) = &self.rides else {
+            return Ok(self.own.clone());
+        };
+        let plain = Candidate {
+            excitation: Plan::default().excitation,
+            ..Candidate::default()
+        };
+        let nominal = DVector::from_iterator(
+            self.shared(),
+            self.variables
+                .iter()
+                .map(|v| plain.variables(std::slice::from_ref(&v.free))[0]),
+        );
+        let mut cause = String::new();
+        for k in 0..5 {
+            let part = 0.25 * f64::from(k);
+            let z = &self.own * (1.0 - part) + &nominal * part;
+            let stands = |ride: &Whittle, z: &DVector<f64>| {
+                ride.spectral.expected(z).map(|_| ride.cost(z).is_finite())
+            };
+            match spectra
+                .each(&z, stands)
+                .into_iter()
+                .collect::<Result<Vec<_>>>()
+            {
+                Ok(all) if all.iter().all(|stands| *stands) => return Ok(z),
+                Ok(_) => cause = "the spectral matrix of a bin is not positive definite".into(),
+                Err(error) => cause = error.to_string(),
+            }
+        }
+        Err(Error::NoStart {
+            objective: self.objective.name(),
+            cause,
+        })
+    }
+}
+
+/// The variables of the rides' own values; what rides share starts at the first one's.
+fn own(
+    variables: &[Variable],
+    indices: &[Vec<usize>],
+    rides: &[Ridden],
+    resolved: &Resolved,
+    plan: &Plan,
+) -> DVector<f64> {
+    let mut z = DVector::zeros(variables.len());
+    for (ridden, own) in rides.iter().zip(indices).rev() {
+        let unknowns = resolved.unknowns(ridden, plan);
+        let values = unknowns.start.variables(&unknowns.free);
+        for (&i, value) in own.iter().zip(values.iter()) {
+            z[i] = *value;
+        }
+    }
+    z
+}
+
+/// The rides under the objective of `resolved`.
+fn build(
+    rides: &[Ridden],
+    plan: &Plan,
+    resolved: &Resolved,
+    variables: &[Variable],
+    indices: &[Vec<usize>],
+) -> Result<Rides> {
+    let (channels, noise) = (&resolved.channels, plan.noise.as_deref());
+    let factor = match resolved.objective {
+        Objective::Time => 1.0,
+        Objective::Amplitude | Objective::Whittle => resolved.recipe.taper.covariance_factor(),
+    };
+    let priors: Vec<_> = variables.iter().map(|v| v.free.prior_variable()).collect();
+    let spectra = || {
+        together(rides, indices, &priors, factor, |ridden| {
+            let (ride, speed) = (ridden.ride, ridden.speed);
+            let measured = Measured::new(ride, channels, &resolved.recipe, speed, noise)?;
+            let spectral = Spectral {
+                measured,
+                unknowns: resolved.unknowns(ridden, plan),
+                formulation: plan.formulation,
+            };
+            Ok(Whittle { spectral })
+        })
+    };
+    Ok(match resolved.objective {
+        Objective::Amplitude => Rides::Amplitude(spectra()?),
+        Objective::Whittle => Rides::Whittle(spectra()?),
+        Objective::Time => Rides::Time(together(rides, indices, &priors, factor, |ridden| {
+            Time::new(
+                ridden.ride,
+                channels,
+                resolved.unknowns(ridden, plan),
+                plan.formulation,
+                (ridden.speed, plan.window),
+                noise,
+            )
+        })?),
+    })
+}
+
+fn together<'a, L>(
+    rides: &[Ridden<'a>],
+    indices: &[Vec<usize>],
+    priors: &[Option<(f64, f64)>],
+    factor: f64,
+    landscape: impl Fn(&Ridden<'a>) -> Result<L>,
+) -> Result<Together<L>> {
+    let member = |(ridden, variables): (&Ridden<'a>, &Vec<usize>)| {
+        let landscape = landscape(ridden);
+        let landscape = match (landscape, rides.len()) {
+            // which of several rides it was
+            (Err(error), 2..) => Err(error.in_file(ridden.ride.name())),
+            (landscape, _) => landscape,
+        }?;
+        let variables = variables.clone();
+        Ok(Member {
+            landscape,
+            variables,
+        })
+    };
+    Ok(Together {
+        members: rides
+            .iter()
+            .zip(indices)
+            .map(member)
+            .collect::<Result<_>>()?,
+        priors: priors.to_vec(),
+        factor,
+    })
+}
+
+/// The spectra of `spectra` fitted by amplitude, with the weights of the model at `z`.
+fn weighted(spectra: &Together<Whittle>, z: &DVector<f64>) -> Result<Together<Amplitude>> {
+    let amplitudes = spectra.each(z, |ride, z| Amplitude::new(ride.spectral.clone(), z));
+    let members = spectra.members.iter().zip(amplitudes);
+    let member = |(member, landscape): (&Member<Whittle>, Result<Amplitude>)| {
+        Ok(Member {
+            landscape: landscape?,
+            variables: member.variables.clone(),
+        })
+    };
+    Ok(Together {
+        members: members.map(member).collect::<Result<_>>()?,
+        priors: spectra.priors.clone(),
+        factor: spectra.factor,
+    })
+}
+
+/// `shared` followed by the initial states that each ride starts from.
+fn with_blocks(windows: &Together<Time>, shared: &DVector<f64>) -> DVector<f64> {
+    let blocks = windows.members.iter().flat_map(|member| {
+        let start = member.landscape.start();
+        let own = member.variables.len();
+        start.iter().skip(own).copied().collect::<Vec<_>>()
+    });
+    let shared = shared.iter().take(windows.shared()).copied();
+    DVector::from_vec(shared.chain(blocks).collect())
+}
