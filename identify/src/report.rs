@@ -2,6 +2,8 @@
 
 pub(crate) mod markup;
 pub(crate) mod number;
+pub(crate) mod plot;
+mod plots;
 mod provenance;
 pub(crate) mod table;
 #[cfg(test)]
@@ -22,6 +24,7 @@ use crate::spectrum::Taper;
 use crate::verdict::Estimate;
 use markup::{cell, escape, list, paragraph, section, symbol};
 use number::{exact, exact_with_unit, significant, with_unit};
+use plot::plot;
 use words::{capitalised, headline, join, misfit, words, work};
 
 /// The report of `run` on its `rides`: one self-contained HTML file. An error where the rides are
@@ -57,7 +60,9 @@ pub fn html(run: &Run, rides: &[Ride]) -> Result<String> {
         _ => format!("{what}: {}", names[i]),
     };
     for (i, curves) in run.curves(&problem)?.iter().enumerate() {
-        let figure = markup::figure(&figure::spectrum(curves, &lines), SPECTRUM);
+        let still = figure::spectrum(curves, &lines);
+        let panels = plots::spectrum(curves, &lines);
+        let figure = plot(&format!("spectrum-{i}"), &panels, &still, SPECTRUM);
         page += &section(&titled("Spectrum", i), &figure);
     }
     let caption = match fit.objective {
@@ -69,7 +74,8 @@ pub fn html(run: &Run, rides: &[Ride]) -> Result<String> {
         let signals = if traces.is_empty() {
             paragraph("text", FALLEN)
         } else {
-            markup::figure(&figure::traces(traces), &caption)
+            let (panels, still) = (plots::traces(traces), figure::traces(traces));
+            plot(&format!("signals-{i}"), &panels, &still, &caption)
         };
         page += &section(&titled("Signals", i), &signals);
     }
@@ -79,7 +85,7 @@ pub fn html(run: &Run, rides: &[Ride]) -> Result<String> {
     page += &section("Assumptions and notes", &list(&assumptions(run)?));
     page += &section("Work", &paragraph("text", &work(fit)));
     page += &section("Provenance", &provenance::provenance(run));
-    Ok(page + markup::FOOT)
+    Ok(page + &plot::script() + markup::FOOT)
 }
 
 /// Each of `items` once, in their order.

@@ -15,5 +15,6 @@ mod program;
 mod readme;
 mod recorded;
 mod recovery;
+mod several;
 mod spectra;
 mod wobble;

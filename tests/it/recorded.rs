@@ -15,7 +15,7 @@ fn a_recorded_ride_is_fitted_and_its_misfit_told() {
     );
     let fit = json(folder.path(), &call);
     assert_eq!(fit["objective"], "time");
-    assert_eq!(fit["start"]["law_in_loop"], true);
+    assert_eq!(fit["rides"][0]["start"]["law_in_loop"], true);
     // its wheels do not slip: friction alone is sought
     assert_eq!(fit["parameters"].as_array().expect("rows").len(), 2);
     let misfit = fit["misfit"].as_f64().expect("a number");

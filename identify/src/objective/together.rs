@@ -159,3 +159,126 @@ impl<L: Landscape> Landscape for Together<L> {
         Ok(sum)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    #![expect(clippy::unwrap_used, reason = "a failed step is a failed test")]
+    use super::*;
+    use crate::solver::{Block, Limits, minimise};
+
+    /// y = slope · x + a start of its own, seen at x = 0, 1, 2: ½ Σ r², the start a block.
+    #[derive(Clone)]
+    struct Straight {
+        y: [f64; 3],
+    }
+
+    impl Straight {
+        fn residuals(&self, z: &DVector<f64>) -> DVector<f64> {
+            DVector::from_fn(3, |i, _| self.y[i] - z[0] * i as f64 - z[1])
+        }
+    }
+
+    impl Landscape for Straight {
+        fn blocks(&self) -> usize {
+            1
+        }
+        fn cost(&self, z: &DVector<f64>) -> f64 {
+            0.5 * self.residuals(z).norm_squared()
+        }
+        fn quadratic(&self, z: &DVector<f64>) -> Result<Quadratic> {
+            let r = self.residuals(z);
+            let slope = DMatrix::from_column_slice(3, 1, &[0.0, -1.0, -2.0]);
+            let start = DMatrix::from_element(3, 1, -1.0);
+            let share = slope.transpose() * &r;
+            Ok(Quadratic {
+                gradient: share.clone(),
+                curvature: slope.transpose() * &slope,
+                blocks: vec![Block {
+                    share,
+                    gradient: start.transpose() * &r,
+                    curvature: start.transpose() * &start,
+                    cross: start.transpose() * &slope,
+                }],
+            })
+        }
+    }
+
+    fn member(y: [f64; 3], variable: usize) -> Member<Straight> {
+        Member {
+            landscape: Straight { y },
+            variables: vec![variable],
+        }
+    }
+
+    fn least(together: &Together<Straight>) -> DVector<f64> {
+        let n = together.shared();
+        let limits = Limits {
+            lower: DVector::from_element(n, -10.0),
+            upper: DVector::from_element(n, 10.0),
+            reach: DVector::from_element(n, 100.0),
+        };
+        let start = DVector::zeros(n + together.blocks());
+        minimise(together, start, limits, 1e-24, 100).unwrap().point
+    }
+
+    #[test]
+    fn a_shared_slope_is_the_mean_and_starts_are_each_rides_own() {
+        let members = vec![member([0.0, 1.0, 2.0], 0), member([5.0, 8.0, 11.0], 0)];
+        let together = Together {
+            members,
+            priors: vec![None],
+            factor: 1.0,
+        };
+        // slopes 1 and 3 of equal weight; through (1, 1) and (1, 8)
+        let z = least(&together);
+        assert!(
+            (&z - DVector::from_row_slice(&[2.0, -1.0, 6.0])).amax() < 1e-9,
+            "{z}"
+        );
+    }
+
+    #[test]
+    fn slopes_of_their_own_do_not_see_each_other() {
+        let members = vec![member([0.0, 1.0, 2.0], 1), member([5.0, 8.0, 11.0], 0)];
+        let together = Together {
+            members,
+            priors: vec![None, None],
+            factor: 1.0,
+        };
+        let z = least(&together);
+        assert!(
+            (&z - DVector::from_row_slice(&[3.0, 1.0, 0.0, 5.0])).amax() < 1e-9,
+            "{z}"
+        );
+        let curvature = together
+            .quadratic(&z)
+            .unwrap()
+            .reduce(0.0)
+            .unwrap()
+            .curvature;
+        // Σ (x − 1)² = 2 each, and nothing between them
+        assert!((curvature - DMatrix::identity(2, 2) * 2.0).amax() < 1e-12);
+    }
+
+    #[test]
+    fn a_prior_weighs_as_so_many_rides() {
+        let members = vec![member([0.0, 1.0, 2.0], 0)];
+        let together = Together {
+            members,
+            priors: vec![Some((4.0, 0.5f64.sqrt()))],
+            factor: 1.0,
+        };
+        // information 2 of the ride at 1, 2 of the prior at 4
+        let z = least(&together);
+        assert!((z[0] - 2.5).abs() < 1e-9, "{z}");
+        let known = |_: &Straight, _: &DVector<f64>| {
+            Ok(Information {
+                curvature: DMatrix::from_element(1, 1, 2.0),
+                meat: None,
+                factor: 1.0,
+            })
+        };
+        let information = together.information(&z, known).unwrap();
+        assert!((information.curvature[(0, 0)] - 4.0).abs() < 1e-12);
+    }
+}
