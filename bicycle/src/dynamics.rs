@@ -191,6 +191,7 @@ pub struct Nonlinear<T> {
 
 impl<T: Real> Nonlinear<T> {
     /// Their values at a state.
+    #[inline(always)]
     pub fn at(b: &Bicycle<T>, x: &State<T>, speed: T) -> Self {
         Self {
             steer_sign: sign(x.steer, b.p.steer_smoothing),
@@ -216,6 +217,7 @@ pub struct Angles<T> {
 
 impl<T: Real> Angles<T> {
     /// Those of the roll and the steer angle.
+    #[inline(always)]
     pub fn at(x: &State<T>) -> Self {
         let (sin_roll, cos_roll) = x.roll.sin_cos();
         let (sin_steer, cos_steer) = x.steer.sin_cos();
@@ -232,6 +234,7 @@ impl<T: Real> Angles<T> {
 ///
 /// printed `I_zz ψ̈ = (L F_z/I_zz) C_θ β − C_φ (φ + θ sin λ)`;
 /// repaired `I_zz ψ̈ = L F_z C_θ β − L F_z C_φ (φ − θ sin λ)`
+#[inline(always)]
 pub fn yaw_acceleration<T: Real>(b: &Bicycle<T>, x: &State<T>, n: &Nonlinear<T>) -> T {
     let i_zz = b.lumps.yaw_inertia;
     let beta = tyre::slip_angle(x.steer, n.path_angle);
@@ -255,6 +258,7 @@ pub fn yaw_acceleration<T: Real>(b: &Bicycle<T>, x: &State<T>, n: &Nonlinear<T>)
 /// `         + I_f sec θ (V/r_f)(ψ̇ + θ̇) − M g (L_1 sin θ/(L_1+L_2)) L_3'`
 ///
 /// `L_1 + L_2 = L`, and `V tan(θ−β)/L = ψ̇` by (3).
+#[inline(always)]
 pub fn roll_acceleration<T: Real>(
     b: &Bicycle<T>,
     x: &State<T>,
@@ -278,6 +282,7 @@ pub fn roll_acceleration<T: Real>(
 
 /// Torque on the steering [N m] of rider, inputs and friction, left positive, in (9).
 /// `τ_h + τ + τ_a − (c θ̇ + d sign θ̇)`
+#[inline(always)]
 pub fn steering_torque<T: Real>(b: &Bicycle<T>, x: &State<T>, u: &Input<T>, n: &Nonlinear<T>) -> T {
     let torque = rider::torque(&b.p, x, u.speed) + u.steer_torque + u.assist_torque;
     let friction = b.p.viscous_friction * x.steer_rate + b.p.coulomb_friction * n.steer_rate_sign;
@@ -290,6 +295,7 @@ pub fn steering_torque<T: Real>(b: &Bicycle<T>, x: &State<T>, u: &Input<T>, n: &
 /// `  − (c θ̇ + d sign θ̇) − L_3' F_z sin(φ − θ sin λ) − C_θ β F_z (L_3 cos φ + r_f sin φ)`
 /// `  + C_φ (φ − θ sin λ) F_z cos φ`;
 /// repaired: no `I_xx`, wheel spin `V/r_f` in the gyroscopic term, arm `L_3'` of both tyre forces.
+#[inline(always)]
 pub fn steer_acceleration<T: Real>(
     b: &Bicycle<T>,
     x: &State<T>,
@@ -328,6 +334,7 @@ pub fn steer_acceleration<T: Real>(
 }
 
 /// Time derivative of the state with the nonlinear terms given.
+#[inline(always)]
 pub fn derivative_with<T: Real>(
     b: &Bicycle<T>,
     x: &State<T>,
@@ -337,6 +344,7 @@ pub fn derivative_with<T: Real>(
     rate(b, x, u, n, &Angles::at(x))
 }
 
+#[inline(always)]
 fn rate<T: Real>(
     b: &Bicycle<T>,
     x: &State<T>,
@@ -361,6 +369,7 @@ fn rate<T: Real>(
 }
 
 /// Time derivative of the state.
+#[inline(always)]
 pub fn derivative<T: Real>(b: &Bicycle<T>, x: &State<T>, u: &Input<T>) -> State<T> {
     derivative_with(b, x, u, &Nonlinear::at(b, x, u.speed))
 }

@@ -19,10 +19,15 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 #![forbid(unsafe_code)]
+#![allow(
+    clippy::inline_always,
+    reason = "lanes become vector instructions only where all is inlined into one function"
+)]
 
 pub mod cases;
 pub mod course;
 pub mod dynamics;
+pub mod lanes;
 pub mod linear;
 pub mod mass;
 pub mod modes;

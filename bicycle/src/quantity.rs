@@ -127,6 +127,7 @@ pub trait Vector<T>: Copy {
 }
 
 impl<T: Copy, A: Vector<T>, B: Vector<T>> Vector<T> for (A, B) {
+    #[inline(always)]
     fn along(self, h: T, slope: &Self) -> Self {
         (self.0.along(h, &slope.0), self.1.along(h, &slope.1))
     }
@@ -237,6 +238,7 @@ macro_rules! rows {
         }
 
         impl<T: $crate::real::Real> $crate::quantity::Vector<T> for $Name<T> {
+            #[inline(always)]
             fn along(self, h: T, slope: &Self) -> Self {
                 Self { $($($field: self.$field + h * slope.$field,)+)+ }
             }

@@ -27,13 +27,23 @@ pub trait Real:
     #[must_use]
     fn sqrt(self) -> Self;
 
+    /// `self · factor + summand`: fused on lanes, rounded twice on plain numbers, which are to be
+    /// the same on machines that cannot fuse.
+    #[must_use]
+    #[inline(always)]
+    fn mul_add(self, factor: Self, summand: Self) -> Self {
+        self * factor + summand
+    }
+
     /// Sine.
     #[must_use]
+    #[inline(always)]
     fn sin(self) -> Self {
         self.sin_cos().0
     }
     /// Cosine.
     #[must_use]
+    #[inline(always)]
     fn cos(self) -> Self {
         self.sin_cos().1
     }
@@ -77,6 +87,7 @@ dual!(Dual2SVec64);
 
 /// The sign of `x`, smoothed over `width` (same unit): x/√(x² + width²), odd and smooth; with
 /// width 0 the jump itself, 0 at 0.
+#[inline(always)]
 pub fn sign<T: Real>(x: T, width: T) -> T {
     // The last summand matters only where width and x are both zero: 0/0 becomes 0.
     x / (x * x + width * width + T::from(f64::MIN_POSITIVE)).sqrt()

@@ -115,6 +115,7 @@ impl<T: Real> FourBodies<T> {
 
     /// Torques of the spinning wheels, on the left of the equations: the gyroscopic part of
     /// D(v) q̇. It does no work.
+    #[inline(always)]
     pub fn gyroscopic(&self, v: T, [_, r, phi_rate, delta_rate]: [T; 4]) -> [T; 4] {
         let (s_t, s_f) = (self.total_spin, self.front_spin);
         [
@@ -127,11 +128,13 @@ impl<T: Real> FourBodies<T> {
 
     /// What the frame's turning at r adds to the accelerations: the other part of D(v) q̇,
     /// the first column of M times v r.
+    #[inline(always)]
     pub fn centripetal(&self, v: T, r: T) -> [T; 4] {
         self.mass_with_slip.map(|row| row[0] * v * r)
     }
 
     /// Yaw rate r [rad/s] of wheels that do not slip.   `r = (v δ + c δ̇) cos λ/w`
+    #[inline(always)]
     fn rolling(&self, v: T, delta: T, delta_rate: T) -> T {
         (v * delta + self.trail * delta_rate) * self.cos / self.wheelbase
     }
@@ -162,6 +165,7 @@ impl<T: Real> FourBodies<T> {
     }
 
     /// Time derivative of the state, ISO 8855 in and out.
+    #[inline(always)]
     pub fn rate(&self, b: &Bicycle<T>, x: &State<T>, u: &Input<T>, n: &Nonlinear<T>) -> State<T> {
         // the door: literature's signs from here
         let v = u.speed;
@@ -219,6 +223,7 @@ impl<T: Real> FourBodies<T> {
     }
 }
 
+#[inline(always)]
 fn product<T: Real, const N: usize>(m: &Matrix<T, N>, x: [T; N]) -> [T; N] {
     m.map(|row| {
         let mut sum = row[0] * x[0];

@@ -14,6 +14,7 @@ pub mod file;
 pub mod fit;
 pub mod free;
 pub mod inspect;
+pub mod kernel;
 pub mod map;
 pub mod objective;
 pub mod plan;
