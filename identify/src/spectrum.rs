@@ -84,6 +84,11 @@ impl Default for Recipe {
     }
 }
 
+/// Samples that a moving average of `window` samples takes before and after its own.
+fn reach(window: usize) -> (usize, usize) {
+    (window / 2, (window - 1) / 2)
+}
+
 /// Moving average over `window` samples. An even window takes n/2 before and n/2 − 1 after, and
 /// the window shrinks at the ends, both as MATLAB's `movmean` does.
 pub fn moving_average(y: &[f64], window: usize) -> Vec<f64> {
@@ -92,7 +97,7 @@ pub fn moving_average(y: &[f64], window: usize) -> Vec<f64> {
     for value in y {
         sums.push(sums[sums.len() - 1] + value);
     }
-    let (before, after) = (window / 2, (window - 1) / 2);
+    let (before, after) = reach(window);
     (0..y.len())
         .map(|i| {
             let (low, high) = (i.saturating_sub(before), (i + after + 1).min(y.len()));

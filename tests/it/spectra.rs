@@ -19,7 +19,7 @@ fn assert_model_spectrum(parameters: &Parameters, intensity: f64) {
         lines: Vec::new(),
     };
     let closed_loop =
-        ClosedLoop::new(parameters, Formulation::Repaired, &drive, None).expect("stable");
+        ClosedLoop::new(parameters, Formulation::Repaired, &drive).expect("stable");
     let noise = SensorNoise::INSTRUMENTED.steer;
     let expected = closed_loop.expected(&analysis.kernel(), &[3], &[noise], 0.005);
     let mut mean = vec![0.0; expected.len()];

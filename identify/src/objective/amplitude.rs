@@ -7,9 +7,10 @@
 
 use super::Information;
 use super::spectral::{Bin, Spectral};
+use crate::closed_loop::Expansion;
 use crate::error::Result;
 use crate::solver::{Landscape, Quadratic};
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{Complex, DMatrix, DVector};
 use std::f64::consts::PI;
 
 /// Standard deviation over mean of a Rayleigh variable.
@@ -57,17 +58,21 @@ impl Amplitude {
 
     /// Weighted residuals, measured minus expected: unit variance where the model is true.
     pub fn residuals(&self, z: &DVector<f64>) -> Result<DVector<f64>> {
-        let expected = self.spectral.expected(z)?;
-        let measured = &self.spectral.measured.coefficients;
-        let parts = expected
-            .iter()
-            .zip(measured)
-            .zip(&self.whitening)
-            .flat_map(|((bin, y), w)| {
-                let residual = w * (y.map(nalgebra::Complex::norm) - mean(bin));
-                residual.iter().copied().collect::<Vec<_>>()
-            });
-        Ok(DVector::from_vec(parts.collect()))
+        Ok(self.weighted(&self.spectral.expected(z)?))
+    }
+
+    fn weighted(&self, expected: &[Bin]) -> DVector<f64> {
+        let bins = self.spectral.measured.coefficients.iter().zip(expected);
+        self.whitened(bins.map(|(y, bin)| y.map(Complex::norm) - mean(bin)))
+    }
+
+    /// One column of the vectors of all bins, whitened.
+    fn whitened(&self, bins: impl Iterator<Item = DVector<f64>>) -> DVector<f64> {
+        let mut column = Vec::new();
+        for (w, bin) in self.whitening.iter().zip(bins) {
+            column.extend((w * bin).iter());
+        }
+        DVector::from_vec(column)
     }
 
     /// What the amplitudes know at `z`, weighted by the model there.
@@ -86,24 +91,19 @@ impl Landscape for Amplitude {
     }
 
     fn quadratic(&self, z: &DVector<f64>) -> Result<Quadratic> {
-        let residuals = self.residuals(z)?;
-        let expected = self.spectral.expected(z)?;
-        let columns: Vec<DVector<f64>> = self
-            .spectral
-            .slopes(z)?
+        let Expansion { expected, slopes } = self.spectral.expansion(z)?;
+        let residuals = self.weighted(&expected);
+        let columns: Vec<DVector<f64>> = slopes
             .iter()
             .map(|slopes| {
-                let parts = expected.iter().zip(slopes).zip(&self.whitening).flat_map(
-                    |((bin, slope), w)| {
-                        let m = mean(bin);
-                        // ∂√(πS/4) = ½ m ∂S/S
-                        let change = DVector::from_fn(m.len(), |i, _| {
-                            -0.5 * m[i] * slope[(i, i)].re / bin[(i, i)].re
-                        });
-                        (w * change).iter().copied().collect::<Vec<_>>()
-                    },
-                );
-                DVector::from_vec(parts.collect())
+                // ∂√(πS/4) = ½ m ∂S/S
+                let change = |(bin, slope): (&Bin, &Bin)| {
+                    let relative = slope
+                        .diagonal()
+                        .zip_map(&bin.diagonal(), |d, s| d.re / s.re);
+                    mean(bin).component_mul(&relative) * -0.5
+                };
+                self.whitened(expected.iter().zip(slopes).map(change))
             })
             .collect();
         let jacobian = DMatrix::from_columns(&columns);

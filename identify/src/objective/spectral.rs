@@ -1,12 +1,13 @@
 //! Spectra measured and expected: what `amplitude` and `whittle` share.
 
 use super::{Information, Unknowns};
-use crate::closed_loop::{ClosedLoop, Drive, LineMotion};
+use crate::closed_loop::{ClosedLoop, Drive, Expansion, LineMotion};
 use crate::error::{Error, Result};
 use crate::ride::Ride;
 use crate::spectrum::{Analysis, Kernel, Recipe};
-use bicycle::{Formulation, State};
+use bicycle::{Formulation, Parameters, State};
 use nalgebra::{Complex, DMatrix, DVector};
+use std::sync::Arc;
 
 /// Above this frequency [Hz] a bicycle does not move and a channel is noise.
 pub const QUIET: f64 = 10.0;
@@ -36,7 +37,7 @@ pub struct Measured {
     /// The masked lines as the steering shows them.
     pub lines: Vec<LineMotion>,
     states: Vec<usize>,
-    kernel: Kernel,
+    kernel: Arc<Kernel>,
 }
 
 impl Measured {
@@ -89,7 +90,7 @@ impl Measured {
             .collect::<Result<_>>()?;
         Ok(Self {
             channels: channels.to_vec(),
-            kernel: analysis.kernel(),
+            kernel: Arc::new(analysis.kernel()),
             analysis,
             coefficients,
             noise: deviations,
@@ -126,22 +127,32 @@ pub struct Spectral {
 }
 
 impl Spectral {
-    /// The linearised loop at the variables `z`.
-    pub fn closed_loop(&self, z: &DVector<f64>) -> Result<ClosedLoop> {
+    /// Bicycle and drive at the variables `z`. A free `effective_damping` stands for viscous and
+    /// Coulomb friction together.
+    fn setting(&self, z: &DVector<f64>) -> (Parameters, Drive) {
         let candidate = self.unknowns.candidate(z);
+        let (mut parameters, excitation) = (candidate.parameters, candidate.excitation);
+        let mut free = self.unknowns.free.iter();
+        if free.any(|f| f.row.name == "effective_damping") {
+            let friction = (
+                &mut parameters.viscous_friction,
+                &mut parameters.coulomb_friction,
+            );
+            (*friction.0, *friction.1) = (excitation.effective_damping, 0.0);
+        }
         let drive = Drive {
             speed: self.measured.speed,
-            remnant_intensity: candidate.excitation.remnant_intensity,
-            remnant_corner: candidate.excitation.remnant_corner,
+            remnant_intensity: excitation.remnant_intensity,
+            remnant_corner: excitation.remnant_corner,
             lines: self.measured.lines.clone(),
         };
-        let effective = self
-            .unknowns
-            .free
-            .iter()
-            .any(|f| f.row.name == "effective_damping");
-        let damping = effective.then_some(candidate.excitation.effective_damping);
-        ClosedLoop::new(&candidate.parameters, self.formulation, &drive, damping)
+        (parameters, drive)
+    }
+
+    /// The linearised loop at the variables `z`.
+    pub fn closed_loop(&self, z: &DVector<f64>) -> Result<ClosedLoop> {
+        let (parameters, drive) = self.setting(z);
+        ClosedLoop::new(&parameters, self.formulation, &drive)
     }
 
     /// Expected cross-powers at the variables `z`.
@@ -152,23 +163,24 @@ impl Spectral {
             .expected(&m.kernel, &m.states, &m.noise, m.step))
     }
 
-    /// ∂/∂z of [`Self::expected`], one list of bins for each variable: central differences. Their
-    /// step leaves 1e-10 of curvature and 1e-10 of round-off, so that a singular direction is
+    /// [`Self::expected`] with its derivatives ∂/∂z. Only the equations are differenced, over a
+    /// step that leaves 1e-10 of curvature and 1e-10 of round-off, so that a singular direction is
     /// seen as one.
-    pub fn slopes(&self, z: &DVector<f64>) -> Result<Vec<Vec<Bin>>> {
+    pub fn expansion(&self, z: &DVector<f64>) -> Result<Expansion> {
         const H: f64 = 1e-5;
-        (0..z.len())
+        let variables: Vec<_> = (0..z.len())
             .map(|i| {
-                let at = |h: f64| {
+                [-H, H].map(|h| {
                     let mut moved = z.clone();
                     moved[i] += h;
-                    self.expected(&moved)
-                };
-                let (up, down) = (at(H)?, at(-H)?);
-                let slope = |(u, d): (Bin, Bin)| (u - d) / Complex::from(2.0 * H);
-                Ok(up.into_iter().zip(down).map(slope).collect())
+                    self.setting(&moved)
+                })
             })
-            .collect()
+            .collect();
+        let m = &self.measured;
+        let closed_loop = self.closed_loop(z)?;
+        let variables = (variables.as_slice(), 2.0 * H);
+        closed_loop.expansion(&m.kernel, &m.states, &m.noise, m.step, variables)
     }
 
     /// What the spectrum knows, from a curvature.

@@ -3,6 +3,7 @@
 
 use super::Information;
 use super::spectral::{Bin, Spectral};
+use crate::closed_loop::Expansion;
 use crate::error::{Error, Result};
 use crate::solver::{Landscape, Quadratic};
 use nalgebra::{Complex, DMatrix, DVector};
@@ -49,9 +50,13 @@ impl Landscape for Whittle {
         })
     }
 
+    /// Fisher scoring as a problem of least squares: with S = L Lᴴ, w = L⁻¹ Y and the Hermitian
+    /// M_i = L⁻¹ ∂_iS L⁻ᴴ, a gradient of tr M_i − wᴴ M_i w and a curvature of tr M_i M_j.
     fn quadratic(&self, z: &DVector<f64>) -> Result<Quadratic> {
-        let expected = self.spectral.expected(z)?;
-        let slopes = self.spectral.slopes(z)?;
+        let Expansion {
+            expected,
+            mut slopes,
+        } = self.spectral.expansion(z)?;
         let n = z.len();
         let (mut gradient, mut curvature) = (DVector::zeros(n), DMatrix::zeros(n, n));
         for (k, (bin, y)) in expected
@@ -62,14 +67,17 @@ impl Landscape for Whittle {
             let factor = bin.cholesky().ok_or_else(|| {
                 Error::Search("a bin's spectral matrix is not positive definite".into())
             })?;
-            // S⁻¹ ∂_iS
-            let relative: Vec<Bin> = slopes.iter().map(|s| factor.solve(&s[k])).collect();
-            let solved = factor.solve(y);
+            let lower = factor.l_dirty();
+            let mut w = y.clone();
+            lower.solve_lower_triangular_mut(&mut w);
             for i in 0..n {
-                let slope = (slopes[i][k].clone() * &solved).dotc(&solved);
-                gradient[i] += relative[i].trace().re - slope.re;
+                let slope = &mut slopes[i][k];
+                lower.solve_lower_triangular_mut(slope);
+                slope.adjoint_mut();
+                lower.solve_lower_triangular_mut(slope);
+                gradient[i] += slope.trace().re - (&*slope * &w).dotc(&w).re;
                 for j in 0..=i {
-                    let product = relative[i].component_mul(&relative[j].transpose()).sum().re;
+                    let product = slopes[i][k].dotc(&slopes[j][k]).re;
                     curvature[(i, j)] += product;
                     if i != j {
                         curvature[(j, i)] += product;

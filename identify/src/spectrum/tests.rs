@@ -1,5 +1,6 @@
 #![expect(clippy::unwrap_used, reason = "a failed step is a failed test")]
 use super::*;
+use nalgebra::DMatrix;
 
 const STEP: f64 = 0.005;
 const SAMPLES: usize = 4800;
@@ -105,7 +106,7 @@ fn the_kernel_carries_white_noise_and_a_sine_as_the_transform_does() {
         let j = kernel.frequencies.len() / 3;
         let mut density = vec![0.0; kernel.frequencies.len()];
         density[j] = 0.25 / kernel.frequencies[1];
-        let expected = kernel.expect_real(&density);
+        let expected = kernel.expect_real(&DMatrix::from_vec(density.len(), 1, density));
         // mean over phases: that of a sine and a cosine
         let (s, c) = (
             sine(kernel.frequencies[j], 1.0),
@@ -120,7 +121,7 @@ fn the_kernel_carries_white_noise_and_a_sine_as_the_transform_does() {
         }
         // white noise of density 1, variance 1/step: the sum over its samples, one by one;
         // what leaks in from beyond the kernel's grid is below 1 %
-        let white = kernel.expect_real(&vec![1.0; kernel.frequencies.len()]);
+        let white = kernel.expect_real(&DMatrix::from_element(kernel.frequencies.len(), 1, 1.0));
         let mut exact = vec![0.0; white.len()];
         let mut impulse = vec![0.0; SAMPLES];
         for i in 0..SAMPLES {
@@ -132,6 +133,67 @@ fn the_kernel_carries_white_noise_and_a_sine_as_the_transform_does() {
         }
         for (w, e) in white.iter().zip(&exact) {
             assert!((w / e - 1.0).abs() < 0.01, "{taper:?}: {w} {e}");
+        }
+    }
+}
+
+/// |W_k(f)|² and |W_k(−f)|² by the transform itself, of a cosine and a sine.
+fn transformed(analysis: &Analysis, f: f64) -> Vec<(f64, f64)> {
+    let (sine, cosine): (Vec<f64>, Vec<f64>) = (0..analysis.samples)
+        .map(|i| (TAU * f * analysis.step * i as f64).sin_cos())
+        .unzip();
+    let (sine, cosine) = (analysis.coefficients(&sine), analysis.coefficients(&cosine));
+    let pair = |(c, s): (&Complex<f64>, &Complex<f64>)| {
+        let turn = Complex::<f64>::i() * s;
+        ((c + turn).norm_sqr(), (c - turn).norm_sqr())
+    };
+    cosine.iter().zip(&sine).map(pair).collect()
+}
+
+#[test]
+fn the_kernel_in_closed_form_is_the_transform_of_waves() {
+    for (average, step, samples) in [
+        (5.0, 0.005, 4800),
+        (0.97, 0.01, 611), // an odd window, an odd record
+        (2.0, 0.02, 404),
+        (2.0, 0.02, 100), // the window is the record
+        (1.98, 0.02, 99),
+        (0.04, 0.02, 101), // two samples
+    ] {
+        for taper in [Taper::Rectangle, Taper::Hann] {
+            let recipe = Recipe {
+                average,
+                taper,
+                ..Recipe::default()
+            };
+            let a = Analysis::new(&recipe, step, samples).unwrap();
+            let kernel = a.kernel();
+            let count = kernel.frequencies.len();
+            let spacing = kernel.frequencies[1];
+            // every point of a short record, some of a long one
+            let points: Vec<usize> = (0..count).step_by(count.div_ceil(60)).collect();
+            let unit = |row: usize, column: usize| if row == points[column] { 1.0 } else { 0.0 };
+            let picked = DMatrix::from_fn(count, points.len(), unit);
+            let (even, odd) = (
+                kernel.expect_real(&picked),
+                kernel.expect_imaginary(&picked),
+            );
+            let largest = even.amax();
+            for (column, &j) in points.iter().enumerate() {
+                let waves = transformed(&a, kernel.frequencies[j]);
+                for (k, (plus, minus)) in waves.into_iter().enumerate() {
+                    let minus = if j == 0 { 0.0 } else { minus };
+                    for (found, exact) in [
+                        (even[(k, column)], (plus + minus) * spacing),
+                        (odd[(k, column)], (plus - minus) * spacing),
+                    ] {
+                        assert!(
+                            (found - exact).abs() < 1e-12 * largest,
+                            "{average} s of {samples} {taper:?}: bin {k}, point {j}: {found} {exact}"
+                        );
+                    }
+                }
+            }
         }
     }
 }
