@@ -106,6 +106,21 @@ pub enum Error {
     /// A ride file that is no text.
     #[error("{file}: expected text, found a zero byte at offset {offset} (UTF-16 or binary?)")]
     NotText { file: String, offset: usize },
+    /// A binary file that is not what its beginning or its name says, or that no reader was built
+    /// in for.
+    #[error("{file}: expected {expected}, found {found}")]
+    Unreadable {
+        file: String,
+        expected: &'static str,
+        found: String,
+    },
+    /// A column that is no row of numbers.
+    #[error("{file}: expected a number a row in column `{column}`, found {found}")]
+    Column {
+        file: String,
+        column: String,
+        found: String,
+    },
     /// A ride with fewer than two samples.
     #[error("{file}: expected a header and at least 2 rows of numbers, found {found}")]
     TooFew { file: String, found: &'static str },

@@ -4,13 +4,18 @@
 
 mod assist;
 mod canvas;
+mod compare;
 mod coupled;
+mod multiples;
+mod rides;
 mod stability;
 #[cfg(test)]
 pub(crate) mod tests;
 
 pub use assist::assist;
+pub use compare::loads;
 pub use coupled::{Drawn, coupled};
+pub use rides::{channels, lines};
 pub use stability::stability;
 
 use crate::run::{Curve, Trace};

@@ -1,11 +1,18 @@
 //! What a ride is like before anything is done with it: channels, ranges, and what looks wrong.
 
+mod finding;
+mod page;
+mod signs;
 #[cfg(test)]
 mod tests;
 
-use crate::ride::{Ride, SPEED, Span};
+pub use finding::Finding;
+pub use page::html;
+
+use crate::ride::{Ride, SPEED};
+use crate::spectrum::{Analysis, Recipe};
 use serde::Serialize;
-use std::fmt;
+use signs::{clipped, drift, dropouts, freezes, glitches, quantum};
 
 /// What `wobble inspect` reports.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -49,120 +56,6 @@ pub struct Summary {
     pub rms: f64,
 }
 
-/// Something to know before trusting a ride.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-#[serde(tag = "kind", rename_all = "snake_case")]
-pub enum Finding {
-    /// The bicycle stands.
-    Standstill {
-        /// Where.
-        spans: Vec<Span>,
-    },
-    /// A channel that says nothing.
-    Constant {
-        /// The channel.
-        channel: &'static str,
-        /// Its only value [SI].
-        value: f64,
-        /// SI unit.
-        unit: &'static str,
-    },
-    /// Single samples far off both their neighbours.
-    Glitch {
-        /// The channel.
-        channel: &'static str,
-        /// How many.
-        count: usize,
-        /// The farthest value [SI].
-        value: f64,
-        /// SI unit.
-        unit: &'static str,
-        /// Where the farthest is.
-        at: Span,
-    },
-    /// A channel in steps, as encoders give it.
-    Quantised {
-        /// The channel.
-        channel: &'static str,
-        /// The step [SI].
-        step: f64,
-        /// SI unit.
-        unit: &'static str,
-    },
-    /// A channel that runs into its largest or smallest value and stays there.
-    Clipped {
-        /// The channel.
-        channel: &'static str,
-        /// The value [SI].
-        value: f64,
-        /// SI unit.
-        unit: &'static str,
-        /// The longest stretch.
-        span: Span,
-    },
-}
-
-impl fmt::Display for Finding {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Standstill { spans } => {
-                let list: Vec<String> = spans.iter().take(3).map(Span::to_string).collect();
-                write!(f, "speed: standstill in {}", list.join("; "))?;
-                match spans.len() {
-                    0..=3 => Ok(()),
-                    n => write!(f, "; and {} more", n - 3),
-                }
-            }
-            Self::Constant {
-                channel,
-                value,
-                unit,
-            } => {
-                write!(f, "{channel}: {value} {unit} throughout")
-            }
-            Self::Glitch {
-                channel,
-                count: 1,
-                value,
-                unit,
-                at,
-            } => {
-                write!(f, "{channel}: a glitch, {value} {unit} in {at}")
-            }
-            Self::Glitch {
-                channel,
-                count,
-                value,
-                unit,
-                at,
-            } => {
-                write!(
-                    f,
-                    "{channel}: {count} glitches, the farthest {value} {unit} in {at}"
-                )
-            }
-            Self::Quantised {
-                channel,
-                step,
-                unit,
-            } => {
-                write!(f, "{channel}: in steps of {step:.3e} {unit}")
-            }
-            Self::Clipped {
-                channel,
-                value,
-                unit,
-                span,
-            } => {
-                write!(
-                    f,
-                    "{channel}: stays at its extreme {value} {unit} in {span}: clipped?"
-                )
-            }
-        }
-    }
-}
-
 /// Looks `ride` over.
 pub fn inspect(ride: &Ride) -> Inspection {
     let mut findings = Vec::new();
@@ -170,6 +63,13 @@ pub fn inspect(ride: &Ride) -> Inspection {
     if !spans.is_empty() {
         findings.push(Finding::Standstill { spans });
     }
+    let moving: Vec<_> = ride
+        .channels()
+        .filter(|(_, x)| x.iter().any(|value| *value != x[0]))
+        .collect();
+    let samples: Vec<&[f64]> = moving.iter().map(|(_, x)| *x).collect();
+    let names = || moving.iter().map(|(row, _)| row.name).collect();
+    findings.extend(dropout(ride, names(), &freezes(&samples)));
     let mut channels = Vec::new();
     for (row, x) in ride.channels() {
         let summary = Summary::of(row.name, row.unit.symbol, x);
@@ -203,6 +103,16 @@ pub fn inspect(ride: &Ride) -> Inspection {
                 findings.push(Finding::Quantised {
                     channel,
                     step,
+                    noise: step / 12.0_f64.sqrt(),
+                    unit,
+                });
+            }
+            let stops = dropouts(x, step.unwrap_or(0.0));
+            findings.extend(dropout(ride, vec![channel], &stops));
+            if let Some(change) = drift(x, rms).filter(|_| !TRAVELS.contains(&channel)) {
+                findings.push(Finding::Drift {
+                    channel,
+                    change,
                     unit,
                 });
             }
@@ -225,6 +135,7 @@ pub fn inspect(ride: &Ride) -> Inspection {
         }
         channels.push(summary);
     }
+    findings.extend(lines(ride));
     Inspection {
         file: ride.origin.as_ref().map(|origin| origin.file.clone()),
         sha256: ride.origin.as_ref().map(|origin| origin.sha256.clone()),
@@ -237,6 +148,57 @@ pub fn inspect(ride: &Ride) -> Inspection {
         notes: ride.notes.clone(),
         findings,
     }
+}
+
+/// What may well be another at the end of a ride than at its start.
+const TRAVELS: [&str; 5] = [SPEED, "heading", "x", "y", "lateral_offset"];
+
+/// Those `stretches` (first and last index) as a finding, if there are any.
+fn dropout(
+    ride: &Ride,
+    channels: Vec<&'static str>,
+    stretches: &[(usize, usize)],
+) -> Option<Finding> {
+    let longest = stretches.iter().max_by_key(|(first, last)| last - first)?;
+    Some(Finding::Dropout {
+        channels,
+        count: stretches.len(),
+        span: ride.span(longest.0, longest.1),
+    })
+}
+
+/// The channels whose spectra are looked at for lines.
+const SPECTRAL: [&str; 4] = ["steer", "roll_rate", "yaw_rate", "steer_torque"];
+
+/// Lines of the spectra, each of the first channel that shows it; none of a ride too short for one.
+fn lines(ride: &Ride) -> Vec<Finding> {
+    let Ok(analysis) = Analysis::new(&Recipe::default(), ride.step(), ride.len()) else {
+        return Vec::new();
+    };
+    let mut found: Vec<(f64, Finding)> = Vec::new();
+    for name in SPECTRAL {
+        let (Ok(x), Ok(row)) = (ride.signal(name), crate::ride::quantity(name)) else {
+            continue;
+        };
+        for frequency in analysis.standing_lines(x) {
+            let is_near =
+                |(known, _): &(f64, Finding)| (known - frequency).abs() * ride.duration() <= 3.0;
+            if found.iter().any(is_near) {
+                continue;
+            }
+            let speed = ride.has(SPEED).then(|| ride.mean_speed(0.0));
+            let line = Finding::Line {
+                channel: row.name,
+                frequency,
+                amplitude: analysis.line_amplitude(x, frequency),
+                unit: row.unit.symbol,
+                // two cones a period
+                cones: speed.map(|speed| speed / (2.0 * frequency)),
+            };
+            found.push((frequency, line));
+        }
+    }
+    found.into_iter().map(|(_, line)| line).collect()
 }
 
 impl Summary {
@@ -252,84 +214,4 @@ impl Summary {
             rms: (x.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / n).sqrt(),
         }
     }
-}
-
-/// Changes finer than this part of the rms are the rounding of printed numbers, not an encoder's.
-const COARSE: f64 = 0.005;
-
-/// How many single samples stick out, and the index of the farthest; none where none does.
-///
-/// A sample sticks out by the smaller of its distances to its neighbours, if both lie on the same
-/// side; at an end, to the neighbour and to the line through the next two. Out of the ordinary is
-/// what exceeds ten times the rms of the lower 99 % of these distances, and three times the
-/// signal's rms: no band-limited signal does that.
-fn glitches(x: &[f64], rms: f64) -> Option<(usize, usize)> {
-    let n = x.len();
-    if n < 4 {
-        return None;
-    }
-    let out = |i: usize| {
-        let (a, b) = match i {
-            0 => (x[0] - x[1], x[0] - (2.0 * x[1] - x[2])),
-            _ if i == n - 1 => (x[i] - x[i - 1], x[i] - (2.0 * x[i - 1] - x[i - 2])),
-            _ => (x[i] - x[i - 1], x[i] - x[i + 1]),
-        };
-        if a * b > 0.0 {
-            a.abs().min(b.abs())
-        } else {
-            0.0
-        }
-    };
-    let distances: Vec<f64> = (0..n).map(out).collect();
-    let mut sorted = distances.clone();
-    sorted.sort_by(f64::total_cmp);
-    let ordinary = &sorted[..(n - n.div_ceil(100))];
-    let scale = (ordinary.iter().map(|d| d * d).sum::<f64>() / ordinary.len() as f64).sqrt();
-    let threshold = (10.0 * scale).max(3.0 * rms);
-    let count = distances.iter().filter(|d| **d > threshold).count();
-    let farthest = (0..n).max_by(|&a, &b| distances[a].total_cmp(&distances[b]))?;
-    (count > 0).then_some((count, farthest))
-}
-
-/// The step of a signal that moves in whole steps: the smallest change (but for one in fifty),
-/// if nineteen in twenty of the changes up to three times as large are whole multiples of it.
-/// (Printed numbers are rounded, so that ten steps need not be ten times one.)
-fn quantum(x: &[f64], rms: f64) -> Option<f64> {
-    let mut changes: Vec<f64> = x
-        .windows(2)
-        .map(|pair| (pair[1] - pair[0]).abs())
-        .filter(|c| *c > COARSE * rms)
-        .collect();
-    changes.sort_by(f64::total_cmp);
-    let step = *changes.get(changes.len() / 50)?;
-    let few = &changes[..changes.partition_point(|change| *change < 3.5 * step)];
-    let whole = |change: &&f64| (*change / step - (*change / step).round()).abs() < 0.1;
-    let multiples = few.iter().filter(whole).count();
-    (few.len() >= 10 && multiples * 20 >= few.len() * 19).then_some(step)
-}
-
-/// The longest stretch of at least ten samples at `extreme` into which the signal runs faster
-/// than it usually changes, and by more than three steps of its `quantum`; first and last index.
-fn clipped(x: &[f64], extreme: f64, quantum: f64) -> Option<(usize, usize)> {
-    let changes = x
-        .windows(2)
-        .map(|pair| (pair[1] - pair[0]).powi(2))
-        .sum::<f64>();
-    let usual = (changes / x.len() as f64).sqrt();
-    let fast = (0.5 * usual).max(3.0 * quantum);
-    let mut longest: Option<(usize, usize)> = None;
-    let mut i = 0;
-    for run in x.chunk_by(|a, b| a == b) {
-        let (first, last) = (i, i + run.len() - 1);
-        i += run.len();
-        let enters = first >= 2 && (x[first] - x[first - 2]).abs() > fast;
-        if run[0] == extreme
-            && run.len() >= 10
-            && enters
-            && longest.is_none_or(|(a, b)| last - first > b - a)
-        {
-            longest = Some((first, last));
-        }
-    }
-    longest
 }

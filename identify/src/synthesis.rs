@@ -2,6 +2,7 @@
 
 use crate::error::Result;
 use crate::ride::Ride;
+use crate::speed::SpeedTrace;
 use bicycle::simulate::Simulation;
 use bicycle::{Excitation, Formulation, Input, Parameters};
 use rand::{Rng, SeedableRng};
@@ -54,6 +55,9 @@ pub struct Synthesis {
     pub formulation: Formulation,
     /// Inputs held over the ride; the steer torque is what acts besides rider, remnant and line.
     pub input: Input,
+    /// A speed that changes, in place of that among the inputs; its first sample is that of the
+    /// record.
+    pub speed: Option<SpeedTrace>,
     /// Remnant of the rider.
     pub excitation: Excitation,
     /// A deterministic line besides.
@@ -81,6 +85,7 @@ impl Default for Synthesis {
             parameters: Parameters::default(),
             formulation: Formulation::default(),
             input: Input::default(),
+            speed: None,
             excitation: Excitation {
                 remnant_intensity: 1.2,
                 ..Excitation::default()
@@ -119,7 +124,15 @@ impl Synthesis {
                 + self.input.steer_torque
         };
 
-        let mut simulation = Simulation::new(&self.parameters, self.formulation, self.input, 0.0)?;
+        let speed = |t: f64| {
+            let trace = self.speed.as_ref();
+            trace.map_or(self.input.speed, |trace| trace.at(t - warm as f64 * step))
+        };
+        let start = Input {
+            speed: speed(0.0),
+            ..self.input
+        };
+        let mut simulation = Simulation::new(&self.parameters, self.formulation, start, 0.0)?;
         let internal = self.parameters.internal_step;
         let pieces = (step / internal).round().max(1.0) as usize;
         let mut channels: [Vec<f64>; 4] = std::array::from_fn(|_| Vec::with_capacity(samples));
@@ -136,15 +149,22 @@ impl Synthesis {
                     channel.push(value);
                 }
             }
-            // the torque runs straight between samples: its mean over each internal step
+            // torque and speed run straight between samples: the mean torque over each internal
+            // step, and the speed as it runs
             for piece in 0..pieces {
-                let at = |k: usize| t + step * k as f64 / pieces as f64;
-                let mean = external(0.5 * (at(piece) + at(piece + 1)));
-                simulation.set_input(Input {
-                    steer_torque: mean,
+                let [from, to] =
+                    [piece, piece + 1].map(|k: usize| t + step * k as f64 / pieces as f64);
+                let input = Input {
+                    steer_torque: external(0.5 * (from + to)),
+                    speed: speed(from),
                     ..self.input
-                })?;
-                simulation.advance(at(piece + 1))?;
+                };
+                let slope = Input {
+                    speed: (speed(to) - speed(from)) / (to - from),
+                    ..Input::ZERO
+                };
+                simulation.set(&self.parameters, input, slope)?;
+                simulation.advance(to)?;
             }
         }
 
@@ -164,7 +184,8 @@ impl Synthesis {
         ride.insert("steer", steer)?;
         ride.insert("roll_rate", roll_rate)?;
         ride.insert("yaw_rate", yaw_rate)?;
-        ride.insert("speed", vec![self.input.speed; samples])?;
+        let recorded = (warm..warm + samples).map(|i| speed(i as f64 * step));
+        ride.insert("speed", recorded.collect())?;
         if self.torque_recorded {
             ride.insert("steer_torque", torque)?;
             ride.law_in_loop = Some(false);

@@ -1,6 +1,7 @@
 //! The bicycle on its own: everything that can be seen of it, over time.
 
 use crate::error::Result;
+use crate::speed::SpeedTrace;
 use bicycle::simulate::{Simulation, Stop};
 use bicycle::{Formulation, Input, Output, Parameters};
 use std::fmt::Write as _;
@@ -27,11 +28,31 @@ pub struct Trajectory {
     pub stop: Option<Stop>,
 }
 
+impl Settings {
+    /// Puts them into force at the present time, with the `speed` that runs from here if there is
+    /// one.
+    fn drive(&self, simulation: &mut Simulation, speed: Option<&SpeedTrace>) -> Result<()> {
+        let now = simulation.time();
+        let slope = speed.and_then(|trace| Some(trace.slope(now, trace.next(now)?)));
+        let input = Input {
+            speed: speed.map_or(self.input.speed, |trace| trace.at(now)),
+            ..self.input
+        };
+        let slope = Input {
+            speed: slope.unwrap_or(0.0),
+            ..Input::ZERO
+        };
+        Ok(simulation.set(&self.parameters, input, slope)?)
+    }
+}
+
 /// Simulates from 0 to `duration` [s], a row every `step` [s]. `settings` hold in the order of
 /// their times, the first from the start; a row at the time of a change shows the outputs before.
+/// A `speed` that changes stands in place of that among the inputs.
 pub fn simulate(
     settings: &[Settings],
     formulation: Formulation,
+    speed: Option<&SpeedTrace>,
     duration: f64,
     step: f64,
 ) -> Result<Trajectory> {
@@ -42,8 +63,15 @@ pub fn simulate(
             stop: None,
         });
     };
-    let mut simulation = Simulation::new(&first.parameters, formulation, first.input, 0.0)?;
+    let start = Input {
+        speed: speed.map_or(first.input.speed, |trace| trace.at(0.0)),
+        ..first.input
+    };
+    let mut simulation = Simulation::new(&first.parameters, formulation, start, 0.0)?;
+    first.drive(&mut simulation, speed)?;
+    let mut current = first;
     let mut later = later.iter().peekable();
+    let mut bend = speed.and_then(|trace| trace.next(0.0));
     let mut trajectory = Trajectory {
         time: vec![0.0],
         output: vec![simulation.output()],
@@ -59,14 +87,24 @@ pub fn simulate(
         } else {
             to
         };
-        while let Some(change) = later.next_if(|change| change.from < to - 1e-9 * step) {
-            if let Err(stop) = simulation.advance(change.from) {
-                trajectory.stop = Some(stop);
-                break;
+        let is_before = |time: f64| time < to - 1e-9 * step;
+        let outcome = loop {
+            let change = later.peek().map(|change| change.from);
+            let next = change.into_iter().chain(bend).reduce(f64::min);
+            let Some(next) = next.filter(|next| is_before(*next)) else {
+                break simulation.advance(to);
+            };
+            if let Err(stop) = simulation.advance(next) {
+                break Err(stop);
             }
-            simulation.set(&change.parameters, change.input, Input::ZERO)?;
-        }
-        let outcome = simulation.advance(to);
+            current = later
+                .next_if(|change| change.from <= next)
+                .unwrap_or(current);
+            if bend.is_some_and(|bend| bend <= next) {
+                bend = speed.and_then(|trace| trace.next(next));
+            }
+            current.drive(&mut simulation, speed)?;
+        };
         trajectory.time.push(simulation.time());
         trajectory.output.push(simulation.output());
         if let Err(stop) = outcome {
@@ -118,7 +156,74 @@ pub fn to_csv<'a>(
 
 #[cfg(test)]
 mod tests {
+    #![expect(clippy::unwrap_used, reason = "a failed step is a failed test")]
     use super::*;
+
+    /// The end of 4 s of the nominal bicycle from a lean of 5°.
+    fn end(speed: Option<&SpeedTrace>, input: Input, step: f64) -> Output {
+        let parameters = Parameters {
+            roll_start: 0.1,
+            ..Parameters::default()
+        };
+        let settings = Settings {
+            from: 0.0,
+            parameters,
+            input,
+        };
+        let formulation = Formulation::default();
+        let trajectory = simulate(&[settings], formulation, speed, 4.0, step).unwrap();
+        assert_eq!(trajectory.stop, None);
+        *trajectory.output.last().unwrap()
+    }
+
+    #[test]
+    fn a_constant_trace_is_the_constant_to_the_last_bit() {
+        for v in [2.0, 8.0 / 3.6, 0.1 + 4.0] {
+            let input = Input {
+                speed: v,
+                ..Input::default()
+            };
+            let trace = SpeedTrace::new(0.007, vec![v; 300]).unwrap();
+            assert_eq!(
+                end(Some(&trace), Input::default(), 0.005),
+                end(None, input, 0.005)
+            );
+        }
+    }
+
+    #[test]
+    fn a_ramp_in_many_samples_is_the_ramp_and_rows_change_nothing() {
+        let ramp = |n: usize| {
+            let samples = (0..=n).map(|i| 2.0 + 2.0 * i as f64 / n as f64);
+            SpeedTrace::new(4.0 / n as f64, samples.collect()).unwrap()
+        };
+        let two = end(Some(&ramp(1)), Input::default(), 0.005);
+        for n in [8, 400, 571] {
+            let many = end(Some(&ramp(n)), Input::default(), 0.02);
+            // other steps where samples fall between those of the grid: their error, not more
+            assert!((many.steer - two.steer).abs() < 1e-8, "{n}: {}", many.steer);
+            assert!((many.y - two.y).abs() < 1e-8, "{n}: {}", many.y);
+        }
+        // and it is no constant: halfway it was 3 m/s
+        let three = Input {
+            speed: 3.0,
+            ..Input::default()
+        };
+        assert!((end(None, three, 0.005).y - two.y).abs() > 1e-3);
+    }
+
+    #[test]
+    fn a_curved_speed_converges_with_the_square_of_the_step_between_its_samples() {
+        let wave = |n: usize| {
+            let samples = (0..=n).map(|i| 3.0 + (5.0 * i as f64 / n as f64).sin());
+            let trace = SpeedTrace::new(4.0 / n as f64, samples.collect()).unwrap();
+            end(Some(&trace), Input::default(), 0.005).x
+        };
+        let exact = wave(4000);
+        let [coarse, fine] = [20, 40].map(|n| (wave(n) - exact).abs());
+        // straight lines err by the square: a factor of 4
+        assert!((3.6..4.4).contains(&(coarse / fine)), "{coarse} {fine}");
+    }
 
     #[test]
     fn a_name_with_a_comma_is_one_cell() {

@@ -15,6 +15,7 @@ mod program;
 mod readme;
 mod recorded;
 mod recovery;
+mod rides;
 mod several;
 mod spectra;
 mod wobble;

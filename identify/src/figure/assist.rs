@@ -1,9 +1,9 @@
 //! Spectra without and with an assist: small multiples, cases down and across.
 
 use super::canvas::{
-    Area, BELOW, BLACK, BLUE, Drawn, GREEN, GREY, LEFT, LEFT_BARE, LETTER, LINE, Mark, RIGHT,
-    VERMILLION, WIDTH, grid, minus, panels, px, stroke, under_legend, write,
+    Area, BLACK, BLUE, Drawn, GREEN, GREY, LETTER, LINE, Mark, VERMILLION, grid, stroke, write,
 };
+use super::multiples::multiples;
 use super::{points, range, shown, stretches};
 use crate::assist::{JUDGED, Outcome, Pair, STEER, Study, Worth};
 use crate::compare::{BANDS, Change};
@@ -11,12 +11,6 @@ use crate::ride::quantity;
 use plotters::element::Rectangle;
 use plotters::series::LineSeries;
 use plotters::style::{Color, RGBColor};
-
-/// Height of a panel without its labels [px].
-const HEIGHT: f64 = 112.0;
-
-/// Height of the labels above them, apart from the legend [px].
-const HEADS: f64 = 1.5 * LINE;
 
 /// The residual steering spectra of a study, a panel a case; panels beside each other share their
 /// scale. In each what the assist leaves of the band it is judged by, and who fell.
@@ -29,13 +23,6 @@ pub fn assist(study: &Study) -> String {
         (Mark::Area(shade), format!("{low} to {high} Hz")),
     ];
     let (down, across) = study.labels();
-    let columns = across.len().max(1) as f64;
-    let beside = LEFT + RIGHT + (columns - 1.0) * (LEFT_BARE + RIGHT);
-    let plot = ((f64::from(WIDTH) - beside) / columns).max(1.0);
-    let left = |nth: usize| match nth {
-        0 => 0.0,
-        n => LEFT - LEFT_BARE + n as f64 * (LEFT_BARE + plot + RIGHT),
-    };
     let (factor, unit) = shown(quantity(STEER).map_or("", |row| row.unit.symbol));
     let frequencies = || study.rows.iter().flat_map(|row| &row.spectra.frequency);
     let x = if frequencies().next().is_some() {
@@ -43,46 +30,33 @@ pub fn assist(study: &Study) -> String {
     } else {
         study.recipe.band.0..study.recipe.band.1
     };
-    let height = HEADS + down.len() as f64 * (LINE + HEIGHT) + BELOW;
-    under_legend(&entries, height, |root| {
-        for (nth, label) in across.iter().enumerate() {
-            let bare = if nth == 0 { LEFT } else { LEFT_BARE };
-            write(root, (left(nth) + bare, HEADS - LINE), &minus(label), BLACK)?;
-        }
-        let (_, rest) = root.split_vertically(px(HEADS));
-        let lines = panels(&rest, down.len(), LINE + HEIGHT);
-        for ((line, down), nth) in lines.iter().zip(&down).zip(1..) {
-            write(line, (LEFT, 0.0), &minus(down), BLACK)?;
-            let (_, line) = line.split_vertically(px(LINE));
-            let x_label = (nth == lines.len()).then_some("frequency [Hz]");
-            let row: Vec<_> = across.iter().map(|across| study.at(down, across)).collect();
-            let amplitudes = row.iter().flatten().flat_map(|worth| curves(worth));
-            let amplitudes = amplitudes.flat_map(|(amplitude, _)| amplitude.iter().copied());
-            // room above for the words
-            let y = 0.0..1.3 * factor * range(amplitudes.chain([0.0])).end;
-            for (nth, worth) in row.iter().enumerate() {
-                let Some(worth) = worth else { continue };
-                let width = left(nth + 1) - left(nth);
-                let size = (px(width) as u32, line.dim_in_pixel().1);
-                let panel = line.clone().shrink((px(left(nth)), 0), size);
-                let y_label = format!("steer [{unit}]");
-                let y_label = (nth == 0).then_some(y_label.as_str());
-                let ranges = (x.clone(), y.clone());
-                let mut chart = grid(&panel, (x_label, y_label), ranges, (4, 4))?;
-                let corners = [(low.max(x.start), 0.0), (high.min(x.end), y.end)];
-                chart.draw_series([Rectangle::new(corners, shade.filled())])?;
-                let frequency = &worth.spectra.frequency;
-                for (amplitude, colour) in curves(worth) {
-                    let curve = points(frequency, amplitude.iter().map(|a| factor * a));
-                    for stretch in stretches(frequency) {
-                        let piece = curve[stretch].iter().copied();
-                        chart.draw_series(LineSeries::new(piece, stroke(colour.into(), 1.3)))?;
-                    }
-                }
-                say(&panel, width - RIGHT - 4.0, worth)?;
+    multiples(&entries, (&down, &across), |panel, place| {
+        let down = &down[place.down];
+        let row = across.iter().filter_map(|across| study.at(down, across));
+        let amplitudes = row.flat_map(|worth| curves(worth));
+        let amplitudes = amplitudes.flat_map(|(amplitude, _)| amplitude.iter().copied());
+        // room above for the words
+        let y = 0.0..1.3 * factor * range(amplitudes.chain([0.0])).end;
+        let Some(worth) = study.at(down, &across[place.across]) else {
+            return Ok(());
+        };
+        let y_label = format!("steer [{unit}]");
+        let labels = (
+            place.is_last.then_some("frequency [Hz]"),
+            (place.across == 0).then_some(y_label.as_str()),
+        );
+        let mut chart = grid(panel, labels, (x.clone(), y.clone()), (4, 4))?;
+        let corners = [(low.max(x.start), 0.0), (high.min(x.end), y.end)];
+        chart.draw_series([Rectangle::new(corners, shade.filled())])?;
+        let frequency = &worth.spectra.frequency;
+        for (amplitude, colour) in curves(worth) {
+            let curve = points(frequency, amplitude.iter().map(|a| factor * a));
+            for stretch in stretches(frequency) {
+                let piece = curve[stretch].iter().copied();
+                chart.draw_series(LineSeries::new(piece, stroke(colour.into(), 1.3)))?;
             }
         }
-        Ok(())
+        say(panel, place.right, worth)
     })
 }
 

@@ -15,16 +15,31 @@ fn findings(channel: &str, samples: Vec<f64>) -> Vec<String> {
     inspect(&ride)
         .findings
         .iter()
+        // the sine all these signals are made of
+        .filter(|finding| !matches!(finding, Finding::Line { .. }))
         .map(Finding::to_string)
         .collect()
 }
 
 #[test]
-fn a_clean_ride_has_no_findings_and_the_right_numbers() {
+fn a_clean_ride_has_its_line_and_the_right_numbers() {
     let mut ride = Ride::new(2.0, 0.01, 1000);
     ride.insert("steer", steer(|_, x| x + 0.02)).unwrap();
     let inspection = inspect(&ride);
-    assert_eq!(inspection.findings, []);
+    let [
+        Finding::Line {
+            channel: "steer",
+            frequency,
+            amplitude,
+            ..
+        },
+    ] = inspection.findings[..]
+    else {
+        panic!("{:?}", inspection.findings);
+    };
+    assert_eq!(frequency, 1.0);
+    // the moving average shrinks at the ends: its gain is not quite that within
+    assert!((amplitude - 0.1).abs() < 0.02, "{amplitude}");
     assert_eq!(
         (inspection.samples, inspection.rate, inspection.start),
         (1000, 100.0, 2.0)
@@ -73,7 +88,7 @@ fn an_encoder_is_found_and_the_rounding_of_print_is_not() {
     let encoder = steer(|_, x| (x / 7.7e-4).round() * 7.7e-4);
     assert_eq!(
         findings("steer", encoder),
-        ["steer: in steps of 7.700e-4 rad"]
+        ["steer: in steps of 7.700e-4 rad, which makes noise of 2.2e-4 rad rms"]
     );
     assert_eq!(
         findings("steer", steer(|_, x| (x * 1e5).round() / 1e5)),
@@ -91,7 +106,7 @@ fn clipping_is_found_on_either_side() {
     let encoder = steer(|_, x| (x / 0.01).round() * 0.01);
     assert_eq!(
         findings("steer", encoder),
-        ["steer: in steps of 1.000e-2 rad"]
+        ["steer: in steps of 1.000e-2 rad, which makes noise of 2.9e-3 rad rms"]
     );
 }
 
@@ -117,4 +132,75 @@ fn it_becomes_json() {
     assert_eq!(json["channels"][0]["name"], "steer");
     assert_eq!(json["findings"][0]["kind"], "constant");
     assert_eq!(json["law_in_loop"], serde_json::Value::Null);
+}
+
+#[test]
+fn dropouts_are_found_in_one_channel_and_in_all() {
+    assert_eq!(
+        findings(
+            "steer",
+            steer(|i, x| if (300..=305).contains(&i) { 0.5 } else { x })
+        ),
+        ["steer: a dropout in 3 to 3.05 s"]
+    );
+    // held, then back: the last value for a quarter of a second from a zero crossing
+    let hold = |i: usize, x: f64| if (400..425).contains(&i) { 0.0 } else { x };
+    assert_eq!(
+        findings("steer", steer(hold)),
+        ["steer: a dropout in 4 to 4.24 s"]
+    );
+    let mut ride = Ride::new(0.0, 0.01, 1000);
+    let frozen = |x: Vec<f64>| {
+        (0..1000)
+            .map(|i| x[if (70..76).contains(&i) { 70 } else { i }])
+            .collect()
+    };
+    for name in ["steer", "roll_rate"] {
+        ride.insert(name, frozen(steer(|_, x| x))).unwrap();
+    }
+    let found: Vec<String> = inspect(&ride)
+        .findings
+        .iter()
+        .map(Finding::to_string)
+        .collect();
+    assert_eq!(found[0], "steer, roll_rate: a dropout in 0.7 to 0.75 s");
+}
+
+#[test]
+fn a_mean_that_wanders_is_a_drift() {
+    let found = findings("roll_rate", steer(|i, x| x + 2e-4 * i as f64));
+    assert_eq!(
+        found,
+        ["roll_rate: the mean drifts by 11 °/s over the ride"]
+    );
+    // heading may
+    assert_eq!(
+        findings("heading", steer(|i, x| x + 2e-4 * i as f64)),
+        [""; 0]
+    );
+}
+
+#[test]
+fn a_line_is_read_as_pedalling_or_as_a_slalom() {
+    let mut ride = Ride::new(0.0, 0.01, 2000);
+    // an irregular signal below a sine of 1.1 Hz
+    let noise = |i: usize| 0.002 * ((i * i * 7919) as f64 % 1000.0 / 500.0 - 1.0);
+    let sine = |i: usize| 0.1 * (TAU * 1.1 * i as f64 / 100.0).sin();
+    ride.insert("steer", (0..2000).map(|i| noise(i) + sine(i)).collect())
+        .unwrap();
+    ride.insert("speed", vec![2.2; 2000]).unwrap();
+    let found: Vec<String> = inspect(&ride)
+        .findings
+        .iter()
+        .map(Finding::to_string)
+        .collect();
+    let line = found.last().unwrap();
+    assert!(
+        line.starts_with("steer: a line at 1.100 Hz, a sine of 5."),
+        "{line}"
+    );
+    assert!(
+        line.ends_with("pedalling at 66 rpm, or a slalom about cones 1.00 m apart"),
+        "{line}"
+    );
 }

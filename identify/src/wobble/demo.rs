@@ -1,4 +1,6 @@
-//! `wobble demo`: the whole way once, from nothing to a report.
+//! `wobble demo`: the whole way once, from nothing to a report; or a whole study.
+
+mod full;
 
 use crate::cases::courses;
 use crate::fitting;
@@ -7,7 +9,7 @@ use anyhow::{Context, Result};
 use bicycle::{Excitation, cases};
 use clap::Args;
 use identify::bicycles::{Bicycle, Changes};
-use identify::csv::Import;
+use identify::import::Import;
 use identify::plan::Plan;
 use identify::run::{Run, Source};
 use identify::spectrum::{Line, Recipe};
@@ -31,6 +33,9 @@ pub struct Demo {
     /// Folder to write into
     #[arg(short, long, value_name = "FOLDER", default_value = "demo")]
     out: PathBuf,
+    /// Write a study instead: three riders, three trails, without and with a load, compared
+    #[arg(long)]
+    full: bool,
     /// Print JSON
     #[arg(long)]
     json: bool,
@@ -44,6 +49,9 @@ struct Ridden {
 
 impl Demo {
     pub fn run(&self) -> Result<()> {
+        if self.full {
+            return full::run(&self.out, self.json);
+        }
         let library = fmu::built_library()?;
         let progress = Progress::new();
         let mut written = Vec::new();
@@ -130,19 +138,7 @@ fn ride_all(folder: &Path) -> Result<Vec<Ridden>> {
                 ..Changes::default()
             };
             let bicycle = Bicycle::open("nominal", &changes)?;
-            let seed = 1 + rides.len() as u64;
-            let ride = Synthesis {
-                parameters: bicycle.parameters,
-                input: bicycle.input,
-                excitation: Excitation {
-                    remnant_intensity: REMNANT,
-                    ..Excitation::default()
-                },
-                line: Some(SLALOM),
-                seed,
-                ..Synthesis::default()
-            }
-            .ride()?;
+            let ride = synthesis(&bicycle, 1 + rides.len() as u64).ride()?;
             let millimetres = (trail * 1000.0).round();
             let path = folder.join(format!("trail_{millimetres}mm_load_{load}kg.csv"));
             ride.write(&path)?;
@@ -152,17 +148,37 @@ fn ride_all(folder: &Path) -> Result<Vec<Ridden>> {
     Ok(rides)
 }
 
+/// A slalom on a bicycle.
+fn synthesis(bicycle: &Bicycle, seed: u64) -> Synthesis {
+    Synthesis {
+        parameters: bicycle.parameters,
+        input: bicycle.input,
+        excitation: Excitation {
+            remnant_intensity: REMNANT,
+            ..Excitation::default()
+        },
+        line: Some(SLALOM),
+        seed,
+        ..Synthesis::default()
+    }
+}
+
+/// Spectra without the slalom.
+fn recipe() -> Recipe {
+    Recipe {
+        lines: vec![Line {
+            frequency: SLALOM.frequency,
+        }],
+        ..Recipe::default()
+    }
+}
+
 /// Fits a ride, read back from its file as anyone's would be.
 fn fit(ridden: &Ridden) -> Result<(Run, String)> {
     let ride = Import::default().read(&ridden.path)?;
     let plan = Plan {
         parameters: ridden.bicycle.parameters,
-        recipe: Recipe {
-            lines: vec![Line {
-                frequency: SLALOM.frequency,
-            }],
-            ..Recipe::default()
-        },
+        recipe: recipe(),
         ..Plan::default()
     };
     let (rides, source) = ([plan.ridden(&ride)], Source::of(&ride));

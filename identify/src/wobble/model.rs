@@ -1,6 +1,6 @@
 //! Commands about the model: parameters, simulate.
 
-use crate::arguments::{BicycleArguments, quantity};
+use crate::arguments::{BicycleArguments, RideArguments, quantity};
 use crate::course::CourseArguments;
 use crate::fitted;
 use crate::foreign;
@@ -13,6 +13,7 @@ use fmi_import::model_description::ssp::ParameterSet;
 use identify::bicycles::{Bicycle, Changes};
 use identify::error::Error;
 use identify::file;
+use identify::speed::SpeedTrace;
 use identify::synthesis::{SensorNoise, Synthesis, TorqueLine};
 use identify::trajectory::{self, Settings, Trajectory};
 use serde_json::json;
@@ -167,6 +168,11 @@ pub struct Simulate {
         conflicts_with = "course"
     )]
     seed: u64,
+    /// Ride file whose recorded speed is ridden, for as long as it lasts
+    #[arg(long, value_name = "RIDE", conflicts_with_all = ["course", "fmu"])]
+    speed_from: Option<PathBuf>,
+    #[command(flatten)]
+    reading: RideArguments,
     #[command(flatten)]
     course: CourseArguments,
     #[command(flatten)]
@@ -190,10 +196,17 @@ impl Simulate {
         if let Some(name) = self.course.name() {
             return self.course.run(name, &bicycle, &self.output);
         }
-        let duration = positive("--duration", self.duration.as_deref().unwrap_or("24s"))?;
+        let speed = self.speed()?;
         let step = positive("--step", self.step.as_deref().unwrap_or("5ms"))?;
+        let duration = match (&self.duration, &speed) {
+            (Some(text), _) => positive("--duration", text)?,
+            // of a ride its last sample as well
+            (None, Some(trace)) if self.ride => trace.duration() + step,
+            (None, Some(trace)) => trace.duration(),
+            (None, None) => 24.0,
+        };
         if self.ride {
-            return self.ride(&bicycle, duration, step);
+            return self.ride(&bicycle, speed, duration, step);
         }
         if bicycle.excitation != Excitation::default() {
             eprintln!("note: the rider's remnant acts in rides only: --ride");
@@ -201,7 +214,13 @@ impl Simulate {
         let settings = self.settings(&bicycle, duration)?;
         let progress = Progress::new();
         progress.say("simulating");
-        let trajectory = trajectory::simulate(&settings, bicycle.formulation, duration, step)?;
+        let trajectory = trajectory::simulate(
+            &settings,
+            bicycle.formulation,
+            speed.as_ref(),
+            duration,
+            step,
+        )?;
         drop(progress);
         if let Some(stop) = trajectory.stop {
             eprintln!("note: {stop}");
@@ -210,6 +229,21 @@ impl Simulate {
         let json =
             json!({ "stop": stop, "time": trajectory.time, "outputs": outputs(&trajectory) });
         self.output.json_or(&json, || trajectory.to_csv())
+    }
+
+    /// The speed recorded in `--speed-from`.
+    fn speed(&self) -> Result<Option<SpeedTrace>> {
+        let Some(path) = &self.speed_from else {
+            return Ok(None);
+        };
+        let trace = SpeedTrace::of(&self.reading.read(path)?)?;
+        if self.bicycle.sets("speed") {
+            eprintln!(
+                "note: the speed is that of {}; --set speed has no say",
+                path.display()
+            );
+        }
+        Ok(Some(trace))
     }
 
     fn settings(&self, bicycle: &Bicycle, duration: f64) -> Result<Vec<Settings>> {
@@ -254,12 +288,19 @@ impl Simulate {
         Ok(all)
     }
 
-    fn ride(&self, bicycle: &Bicycle, duration: f64, step: f64) -> Result<()> {
+    fn ride(
+        &self,
+        bicycle: &Bicycle,
+        speed: Option<SpeedTrace>,
+        duration: f64,
+        step: f64,
+    ) -> Result<()> {
         let line = self.line.as_deref().map(torque_line).transpose()?;
         let synthesis = Synthesis {
             parameters: bicycle.parameters,
             formulation: bicycle.formulation,
             input: bicycle.input,
+            speed,
             excitation: bicycle.excitation,
             line,
             duration,

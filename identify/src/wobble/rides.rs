@@ -8,6 +8,7 @@ use clap::Args;
 use identify::compare::{self, Amplitudes, BandRow};
 use identify::inspect;
 use identify::ride::Ride;
+use identify::study::Study;
 use identify::{figure, file};
 use serde_json::json;
 use std::fmt::Write as _;
@@ -19,6 +20,12 @@ pub struct Inspect {
     ride: PathBuf,
     #[command(flatten)]
     reading: RideArguments,
+    /// Page to write besides: channels over time, findings marked, spectra
+    #[arg(long, value_name = "FILE")]
+    html: Option<PathBuf>,
+    /// Figure of the channels over time to write besides, SVG
+    #[arg(long, value_name = "FILE")]
+    figure: Option<PathBuf>,
     #[command(flatten)]
     output: Output,
 }
@@ -30,6 +37,13 @@ impl Inspect {
         }
         let ride = self.reading.read_bridging_gaps(&self.ride)?;
         let found = inspect::inspect(&ride);
+        if let Some(path) = &self.html {
+            let command = format!("wobble inspect {}", self.ride.display());
+            file::write(path, inspect::html(&ride, &found, &command))?;
+        }
+        if let Some(path) = &self.figure {
+            file::write(path, figure::channels(&ride, &found.findings))?;
+        }
         self.output.json_or(&found, || {
             let mut text = format!(
                 "{}: {} samples at {} Hz, {} to {:.3} s\n",
@@ -96,8 +110,11 @@ impl Spectrum {
 #[derive(Args)]
 pub struct Compare {
     /// Ride files; the first is what the others are held against
-    #[arg(required = true, num_args = 2..)]
+    #[arg(required_unless_present = "study", num_args = 2..)]
     rides: Vec<PathBuf>,
+    /// Study, TOML: each load against the smallest of the same rider, trail and condition
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["rides", "map", "rate", "resample"])]
+    study: Option<PathBuf>,
     /// Channel
     #[arg(long, default_value = "steer")]
     channel: String,
@@ -115,6 +132,16 @@ pub struct Compare {
 impl Compare {
     pub fn run(&self) -> Result<()> {
         let recipe = self.recipe.recipe()?;
+        if let Some(path) = &self.study {
+            let found = compare::loads(&Study::read(path)?.rides, &self.channel, &recipe)?;
+            for note in &found.notes {
+                eprintln!("note: {note}");
+            }
+            if let Some(path) = &self.figure {
+                file::write(path, figure::loads(&found))?;
+            }
+            return self.output.json_or(&found, || found.table());
+        }
         let rides: Vec<Ride> = self
             .rides
             .iter()
