@@ -460,6 +460,22 @@ pub enum Error {
         objective: &'static str,
         cause: String,
     },
+    /// A journal of finished work that is not this run's.
+    #[error("{file}: expected the journal of {what} {expected}, found {found}")]
+    Journal {
+        file: String,
+        what: &'static str,
+        expected: String,
+        found: String,
+    },
+    /// A journal that another process has open.
+    #[error("{file}: expected a journal of its own, found one that another run is writing")]
+    JournalInUse { file: String },
+    /// A result that a journal cannot give back.
+    #[error(
+        "job {job}: expected a result of finite numbers, found one that cannot be written down: {cause}"
+    )]
+    Unwritable { job: u64, cause: String },
 }
 
 impl Error {

@@ -10,6 +10,7 @@ use crate::objective::whittle::Whittle;
 use crate::objective::{Information, Objective};
 use crate::plan::{Plan, Ridden, left_alone};
 use crate::problem::{Found, Problem, Rides};
+use crate::progress::{Event, Watch};
 use crate::solver::Landscape;
 use crate::verdict::{Estimate, Verdict, judge};
 use nalgebra::DVector;
@@ -71,22 +72,21 @@ impl Fit {
     }
 }
 
-/// Fits `plan` to `rides`; `progress` is told what is being done. The problem comes along, for
-/// what more is asked of it.
-pub fn fit(rides: &[Ridden], plan: &Plan, progress: &dyn Fn(&str)) -> Result<(Problem, Fit)> {
-    progress("reading the rides");
+/// Fits `plan` to `rides`; `watch` is told how far it is and may stop it. The problem comes along,
+/// for what more is asked of it.
+pub fn fit(rides: &[Ridden], plan: &Plan, watch: &Watch) -> Result<(Problem, Fit)> {
+    watch.tell(Event::Phase("reading the rides"));
     let problem = Problem::new(rides, plan)?;
     problem.check_influence()?;
-    progress("searching");
-    let found = problem.search(&problem.start(), &[])?;
-    progress("judging");
-    let fit = judged(&problem, found, plan)?;
+    watch.tell(Event::Phase("searching"));
+    let found = problem.search(&problem.start(), &[], watch)?;
+    let fit = judged(&problem, &found, plan)?;
     Ok((problem, fit))
 }
 
 /// What a search's end says: values, their uncertainty, a verdict each.
-pub fn judged(problem: &Problem, found: Found, plan: &Plan) -> Result<Fit> {
-    let Found { outcome, work } = found;
+pub fn judged(problem: &Problem, found: &Found, plan: &Plan) -> Result<Fit> {
+    let outcome = &found.outcome;
     let here = problem.information(&outcome.point)?;
     // where the nominal bicycle does not stand there is nothing to compare with; the scatter of the
     // gradient is that of the estimate, elsewhere it would hold the gradient itself
@@ -127,9 +127,9 @@ pub fn judged(problem: &Problem, found: Found, plan: &Plan) -> Result<Fit> {
         misfit,
         observations: problem.observations(),
         explained,
-        termination: outcome.termination,
+        termination: outcome.termination.clone(),
         converged: outcome.converged,
-        work,
+        work: found.work(),
         notes,
     })
 }

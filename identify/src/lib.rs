@@ -3,6 +3,7 @@
 
 pub mod assist;
 pub mod bicycles;
+pub mod checkpoint;
 pub mod closed_loop;
 pub mod compare;
 pub mod cosim;
@@ -22,6 +23,7 @@ pub mod objective;
 mod parquet;
 pub mod plan;
 pub mod problem;
+pub mod progress;
 pub mod report;
 pub mod ride;
 pub mod run;
@@ -29,6 +31,8 @@ pub mod solver;
 pub mod spectrum;
 pub mod speed;
 pub mod stability;
+pub mod starts;
+pub mod stop;
 pub mod study;
 pub mod synthesis;
 pub mod trajectory;

@@ -10,8 +10,10 @@ use crate::objective::together::{Member, Together};
 use crate::objective::whittle::Whittle;
 use crate::objective::{Information, Objective};
 use crate::plan::{Plan, Resolved, Ridden, resolve};
-use crate::solver::{Landscape, Limits, Outcome, minimise};
+use crate::progress::Watch;
+use crate::solver::{Cost, Landscape, Limits, Outcome, Search, Searchable, minimise};
 use nalgebra::DVector;
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 /// The work a fit took.
@@ -21,39 +23,49 @@ pub struct Work {
     pub iterations: u64,
     /// Evaluations of the cost.
     pub cost_evaluations: u64,
+    /// Those of them that found none: failed or diverged simulations.
+    pub failures: u64,
     /// Evaluations of gradient and curvature.
     pub curvature_evaluations: u64,
     /// Searches: the weights of `amplitude` are renewed between them.
     pub passes: u64,
 }
 
-impl Work {
-    fn of(outcome: &Outcome) -> Self {
-        Self {
-            iterations: outcome.iterations,
-            cost_evaluations: outcome.cost_evaluations,
-            curvature_evaluations: outcome.curvature_evaluations,
-            passes: 1,
-        }
-    }
-
-    fn and(self, other: Self) -> Self {
-        Self {
-            iterations: self.iterations + other.iterations,
-            cost_evaluations: self.cost_evaluations + other.cost_evaluations,
-            curvature_evaluations: self.curvature_evaluations + other.curvature_evaluations,
-            passes: self.passes + other.passes,
-        }
-    }
-}
-
-/// Where one search ended, and the work it took.
+/// Where one search ended.
 #[derive(Debug, Clone)]
 pub struct Found {
-    /// The end: shared variables, then the rides' blocks.
+    /// The end: shared variables, then the rides' blocks. The counts are those of all passes.
     pub outcome: Outcome,
-    /// The work.
-    pub work: Work,
+    /// Searches that it took.
+    pub passes: u64,
+}
+
+impl Found {
+    /// The work it took.
+    pub fn work(&self) -> Work {
+        Work {
+            iterations: self.outcome.iterations,
+            cost_evaluations: self.outcome.cost_evaluations,
+            failures: self.outcome.failures,
+            curvature_evaluations: self.outcome.curvature_evaluations,
+            passes: self.passes,
+        }
+    }
+
+    /// `later`, with the work of both.
+    fn then(&self, later: Outcome) -> Self {
+        let before = &self.outcome;
+        Self {
+            outcome: Outcome {
+                iterations: before.iterations + later.iterations,
+                cost_evaluations: before.cost_evaluations + later.cost_evaluations,
+                curvature_evaluations: before.curvature_evaluations + later.curvature_evaluations,
+                failures: before.failures + later.failures,
+                ..later
+            },
+            passes: self.passes + 1,
+        }
+    }
 }
 
 /// The rides under one objective.
@@ -169,71 +181,37 @@ impl Problem {
     }
 
     /// One search from the shared variables `start`; those of `held` stay.
-    pub fn search(&self, start: &DVector<f64>, held: &[usize]) -> Result<Found> {
-        let mut limits = self.limits();
-        for &i in held {
-            (limits.lower[i], limits.upper[i]) = (start[i], start[i]);
-        }
-        match &self.rides {
+    pub fn search(&self, start: &DVector<f64>, held: &[usize], watch: &Watch) -> Result<Found> {
+        let limits = &self.limits();
+        let search = |tolerance| Search {
+            limits,
+            held,
+            tolerance,
+            max_iterations: self.max_iterations,
+            watch: watch.clone(),
+        };
+        let outcome = match &self.rides {
             Rides::Amplitude(spectra) => {
                 // the likelihood carries its own weights and comes near from any start
-                let near = self.minimise(spectra, start.clone(), &limits, SPECTRAL)?;
-                self.renew_weights(spectra, near, &limits)
+                let near = minimise(spectra, start.clone(), &search(SPECTRAL))?;
+                return renew_weights(spectra, near, &search(SPECTRAL));
             }
-            Rides::Whittle(spectra) => self.minimise(spectra, start.clone(), &limits, SPECTRAL),
+            Rides::Whittle(spectra) => minimise(spectra, start.clone(), &search(SPECTRAL))?,
             Rides::Time(windows) => {
-                let start = with_blocks(windows, start);
-                self.minimise(windows, start, &limits, REPLAYED)
+                minimise(windows, with_blocks(windows, start), &search(REPLAYED))?
             }
-        }
-    }
-
-    fn minimise(
-        &self,
-        landscape: &impl Landscape,
-        start: DVector<f64>,
-        limits: &Limits,
-        tolerance: f64,
-    ) -> Result<Found> {
-        let limits = limits.clone();
-        let outcome = minimise(landscape, start, limits, tolerance, self.max_iterations)?;
-        let work = Work::of(&outcome);
-        Ok(Found { outcome, work })
-    }
-
-    /// Searches by amplitude with frozen weights, from the most likely point on, until renewing
-    /// them moves nothing.
-    fn renew_weights(
-        &self,
-        spectra: &Together<Whittle>,
-        near: Found,
-        limits: &Limits,
-    ) -> Result<Found> {
-        let mut point = near.outcome.point;
-        let mut work = Work {
-            passes: 0,
-            ..near.work
         };
-        loop {
-            let weighted = weighted(spectra, &point)?;
-            let found = self.minimise(&weighted, point.clone(), limits, SPECTRAL)?;
-            work = work.and(found.work);
-            let moved = (&found.outcome.point - &point).amax();
-            point.clone_from(&found.outcome.point);
-            let outcome = found.outcome;
-            if moved < 1e-3 {
-                return Ok(Found { outcome, work });
-            }
-            if work.passes == PASSES {
-                let termination = format!(
-                    "the weights still moved the estimates by {moved:.1e} of their scale after {PASSES} passes"
-                );
-                let outcome = Outcome {
-                    termination,
-                    converged: false,
-                    ..outcome
-                };
-                return Ok(Found { outcome, work });
+        Ok(Found { outcome, passes: 1 })
+    }
+
+    /// What each of many points is worth to a population. Of spectra their likelihood: amplitudes
+    /// are weighted anew at every point, and such costs do not compare.
+    pub fn costs(&self, points: &[DVector<f64>]) -> Vec<Cost> {
+        match &self.rides {
+            Rides::Amplitude(spectra) | Rides::Whittle(spectra) => spectra.costs(points),
+            Rides::Time(_) => {
+                let worth = |z: &DVector<f64>| Cost::new(self.cost(z), || 0.0);
+                points.par_iter().map(worth).collect()
             }
         }
     }
@@ -247,7 +225,7 @@ impl Problem {
             Rides::Whittle(spectra) => spectra.cost(z),
             Rides::Time(_) => {
                 let held: Vec<usize> = (0..self.shared()).collect();
-                let settled = self.search(z, &held);
+                let settled = self.search(z, &held, &Watch::default());
                 settled.map_or(f64::INFINITY, |found| found.outcome.cost)
             }
         }
@@ -441,6 +419,40 @@ fn weighted(spectra: &Together<Whittle>, z: &DVector<f64>) -> Result<Together<Am
         priors: spectra.priors.clone(),
         factor: spectra.factor,
     })
+}
+
+/// Searches by amplitude with frozen weights, from the most likely point on, until renewing them
+/// moves nothing.
+fn renew_weights(spectra: &Together<Whittle>, near: Outcome, search: &Search) -> Result<Found> {
+    let mut found = Found {
+        outcome: near,
+        passes: 0,
+    };
+    loop {
+        let point = found.outcome.point.clone();
+        found = found.then(minimise(
+            &weighted(spectra, &point)?,
+            point.clone(),
+            search,
+        )?);
+        let moved = (&found.outcome.point - point).amax();
+        if moved < 1e-3 || found.outcome.stopped {
+            return Ok(found);
+        }
+        if found.passes == PASSES {
+            found.outcome.converged = false;
+            found.outcome.termination = format!(
+                "the weights still moved the estimates by {moved:.1e} of their scale after {PASSES} passes"
+            );
+            return Ok(found);
+        }
+    }
+}
+
+impl Searchable for Problem {
+    fn search(&self, start: &DVector<f64>, watch: &Watch) -> Result<Outcome> {
+        Ok(Self::search(self, start, &[], watch)?.outcome)
+    }
 }
 
 /// `shared` followed by the initial states that each ride starts from.

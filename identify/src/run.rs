@@ -8,6 +8,7 @@ use crate::objective::spectral::Spectral;
 use crate::objective::time::Time;
 use crate::plan::{Plan, Ridden};
 use crate::problem::{Problem, Rides};
+use crate::progress::Watch;
 use crate::ride::Ride;
 use crate::spectrum::{Recipe, Taper, residual};
 use crate::synthesis::{SensorNoise, Synthesis};
@@ -361,7 +362,11 @@ impl Run {
     pub fn traces(&self, problem: &Problem, rides: &[Ride]) -> Result<Vec<Vec<Trace>>> {
         let z = problem.at(&self.values());
         if let Rides::Time(windows) = &problem.rides {
-            let found = problem.search(&z, &(0..problem.shared()).collect::<Vec<_>>())?;
+            let found = problem.search(
+                &z,
+                &(0..problem.shared()).collect::<Vec<_>>(),
+                &Watch::default(),
+            )?;
             let replayed = windows.each(&found.outcome.point, Time::replay_all);
             let trace = |(replayed, ride): (Result<Vec<Vec<f64>>>, &Ride)| {
                 let channels = problem.channels.iter().zip(replayed?);

@@ -9,6 +9,7 @@ use identify::fit::{Fit, fit};
 use identify::free::{ALL, Free};
 use identify::objective::Objective;
 use identify::plan::Plan;
+use identify::progress::Watch;
 use identify::ride::Ride;
 use identify::synthesis::{SensorNoise, Synthesis};
 use identify::verdict::Verdict;
@@ -55,7 +56,7 @@ fn plan(objective: Objective) -> Plan {
 }
 
 fn run(ride: &Ride, plan: &Plan) -> Fit {
-    let (_, fit) = fit(&[plan.ridden(ride)], plan, &|_| ()).expect("a fit");
+    let (_, fit) = fit(&[plan.ridden(ride)], plan, &Watch::default()).expect("a fit");
     assert!(fit.converged, "{}", fit.termination);
     fit
 }
@@ -243,7 +244,7 @@ fn a_whole_ride_cannot_be_replayed_and_the_eigenvalue_is_named() {
         torque_recorded: true,
         ..synthesis(0)
     });
-    let error = fit(&[plan.ridden(&recorded)], &plan, &|_| ())
+    let error = fit(&[plan.ridden(&recorded)], &plan, &Watch::default())
         .map(drop)
         .expect_err("the bicycle is unstable");
     assert_eq!(

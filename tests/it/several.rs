@@ -6,6 +6,7 @@ use identify::fit::{Fit, fit};
 use identify::free::{Free, Scope, Tie};
 use identify::objective::Objective;
 use identify::plan::{Change, Plan, Ridden};
+use identify::progress::Watch;
 use identify::ride::Ride;
 use identify::synthesis::Synthesis;
 
@@ -45,7 +46,7 @@ fn plan() -> Plan {
 }
 
 fn fitted(rides: &[Ridden], plan: &Plan) -> Fit {
-    let (_, fit) = fit(rides, plan, &|_| ()).expect("a fit");
+    let (_, fit) = fit(rides, plan, &Watch::default()).expect("a fit");
     assert!(fit.converged, "{}", fit.termination);
     fit
 }
@@ -179,7 +180,7 @@ fn a_tied_row_follows_and_bad_ties_are_refused() {
         ("camber_stiffness", "cornering_stiffness"),
     ] {
         let plan = tied(follower, leader);
-        let refused = fit(&[plan.ridden(&ride)], &plan, &|_| ()).map(drop);
+        let refused = fit(&[plan.ridden(&ride)], &plan, &Watch::default()).map(drop);
         assert!(matches!(refused, Err(Error::Tie { .. })), "{refused:?}");
     }
 }
@@ -188,9 +189,14 @@ fn a_tied_row_follows_and_bad_ties_are_refused() {
 fn no_ride_and_the_same_ride_twice_are_refused() {
     let ride = ride(740, 1.2, 0.0);
     let plan = plan();
-    let none = fit(&[], &plan, &|_| ()).map(drop);
+    let none = fit(&[], &plan, &Watch::default()).map(drop);
     assert!(matches!(none, Err(Error::NoRides)), "{none:?}");
-    let twice = fit(&[plan.ridden(&ride), plan.ridden(&ride)], &plan, &|_| ()).map(drop);
+    let twice = fit(
+        &[plan.ridden(&ride), plan.ridden(&ride)],
+        &plan,
+        &Watch::default(),
+    )
+    .map(drop);
     assert!(matches!(twice, Err(Error::SameRide { .. })), "{twice:?}");
     let prior = Free::new("trail").expect("a row").with_prior(None);
     assert!(matches!(prior, Err(Error::NoPrior { .. })), "{prior:?}");

@@ -18,8 +18,7 @@ fn assert_model_spectrum(parameters: &Parameters, intensity: f64) {
         remnant_corner: 2.0,
         lines: Vec::new(),
     };
-    let closed_loop =
-        ClosedLoop::new(parameters, Formulation::Repaired, &drive).expect("stable");
+    let closed_loop = ClosedLoop::new(parameters, Formulation::Repaired, &drive).expect("stable");
     let noise = SensorNoise::INSTRUMENTED.steer;
     let expected = closed_loop.expected(&analysis.kernel(), &[3], &[noise], 0.005);
     let mut mean = vec![0.0; expected.len()];

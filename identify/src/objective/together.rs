@@ -121,6 +121,10 @@ impl<L: Landscape> Landscape for Together<L> {
         rides + known.sum::<f64>()
     }
 
+    fn excess(&self, z: &DVector<f64>) -> f64 {
+        self.each(z, L::excess).into_iter().sum()
+    }
+
     fn quadratic(&self, z: &DVector<f64>) -> Result<Quadratic> {
         let n = self.shared();
         let mut sum = Quadratic {
@@ -164,7 +168,8 @@ impl<L: Landscape> Landscape for Together<L> {
 mod tests {
     #![expect(clippy::unwrap_used, reason = "a failed step is a failed test")]
     use super::*;
-    use crate::solver::{Block, Limits, minimise};
+    use crate::progress::Watch;
+    use crate::solver::{Block, Limits, Search, minimise};
 
     /// y = slope · x + a start of its own, seen at x = 0, 1, 2: ½ Σ r², the start a block.
     #[derive(Clone)]
@@ -218,7 +223,14 @@ mod tests {
             reach: DVector::from_element(n, 100.0),
         };
         let start = DVector::zeros(n + together.blocks());
-        minimise(together, start, limits, 1e-24, 100).unwrap().point
+        let search = Search {
+            limits: &limits,
+            held: &[],
+            tolerance: 1e-24,
+            max_iterations: 100,
+            watch: Watch::default(),
+        };
+        minimise(together, start, &search).unwrap().point
     }
 
     #[test]

@@ -5,6 +5,7 @@ use crate::figure::tests::check_well_formed;
 use crate::fit::{Work, fit};
 use crate::free::ALL;
 use crate::plan::Plan;
+use crate::progress::Watch;
 use crate::run::{Recorded, Source};
 use crate::spectrum::{Line, Recipe};
 use crate::synthesis::Synthesis;
@@ -24,7 +25,7 @@ fn ridden(synthesis: &Synthesis, plan: &Plan) -> (Run, Ride) {
         notes: vec!["resampled to 200 Hz".into()],
     };
     let rides = [plan.ridden(&ride)];
-    let (problem, fit) = fit(&rides, plan, &|_| ()).unwrap();
+    let (problem, fit) = fit(&rides, plan, &Watch::default()).unwrap();
     let recorded = Recorded::new(source, "nominal", &rides[0], plan);
     (Run::new(vec![recorded], plan, &problem, 7, fit), ride)
 }

@@ -278,7 +278,7 @@ pub fn run(
 ) -> Result<Run> {
     let progress = Progress::new();
     let names: Vec<String> = rides.iter().map(|ridden| ridden.ride.name()).collect();
-    let (problem, fit) = fit::fit(rides, plan, &|what| progress.say(what))
+    let (problem, fit) = fit::fit(rides, plan, &progress.watch())
         .with_context(|| format!("fit of {}", names.join(", ")))?;
     let recorded = sources.into_iter().zip(rides);
     let recorded = recorded.map(|(source, ridden)| Recorded::new(source, bicycle, ridden, plan));

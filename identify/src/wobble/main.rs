@@ -20,6 +20,7 @@ mod stability;
 
 use clap::{Parser, Subcommand};
 use identify::error::Error;
+use identify::stop;
 use std::process::ExitCode;
 
 /// Bicycles with a rear load wobble: simulate them, measure them, find their parameters.
@@ -74,7 +75,10 @@ fn main() -> ExitCode {
         Command::Compare(command) => command.run(),
         Command::Stability(command) => command.run(),
         Command::Linear(command) => command.run(),
-        Command::Fit(command) => command.run(),
+        Command::Fit(command) => {
+            stop::on_interrupt();
+            command.run()
+        }
         Command::Report(command) => command.run(),
         Command::Cosim(command) => command.run(),
         Command::Fmu(command) => command.run(),

@@ -3,6 +3,7 @@
 use anyhow::Result;
 use clap::Args;
 use identify::file;
+use identify::progress::{Event, Watch};
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 use std::io::{ErrorKind, Write};
@@ -63,16 +64,15 @@ pub fn is_closed_pipe(error: &anyhow::Error) -> bool {
         .is_some_and(|e| e.kind() == ErrorKind::BrokenPipe)
 }
 
-/// A spinner on a terminal for what takes more than a moment; silent elsewhere.
+/// On a terminal a spinner, or a bar where the end is known, for what takes more than a moment;
+/// silent elsewhere.
 pub struct Progress(ProgressBar);
 
 impl Progress {
     /// Starts.
     pub fn new() -> Self {
         let bar = ProgressBar::new_spinner();
-        bar.set_style(
-            ProgressStyle::with_template("{spinner} {elapsed} {msg}").expect("a valid template"),
-        );
+        bar.set_style(style("{spinner} {elapsed} {msg}"));
         bar.enable_steady_tick(Duration::from_millis(100));
         Self(bar)
     }
@@ -81,6 +81,33 @@ impl Progress {
     pub fn say(&self, what: &str) {
         self.0.set_message(what.to_owned());
     }
+
+    /// Shows what a search tells.
+    pub fn watch(&self) -> Watch {
+        let bar = self.0.clone();
+        Watch::new(move |event| match event {
+            Event::Phase(what) => {
+                bar.unset_length();
+                bar.set_style(style("{spinner} {elapsed} {msg}"));
+                bar.set_message(what.to_owned());
+            }
+            Event::Iteration { iteration, cost } => {
+                bar.set_message(format!("iteration {iteration}, cost {cost:.6}"));
+            }
+            Event::Done { done, of, best } => {
+                if bar.length() != Some(of) {
+                    bar.set_length(of);
+                    bar.set_style(style("{elapsed} {bar:30} {pos}/{len}, {eta} left{msg}"));
+                }
+                bar.set_position(done);
+                bar.set_message(best.map_or_else(String::new, |cost| format!(", cost {cost:.6}")));
+            }
+        })
+    }
+}
+
+fn style(template: &str) -> ProgressStyle {
+    ProgressStyle::with_template(template).expect("a valid template")
 }
 
 impl Drop for Progress {
