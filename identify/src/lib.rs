@@ -36,6 +36,8 @@ pub mod stop;
 pub mod study;
 pub mod synthesis;
 pub mod trajectory;
+pub mod trust;
 pub mod unit;
+pub mod validate;
 pub mod variable;
 pub mod verdict;

@@ -59,6 +59,19 @@ pub struct Information {
     pub factor: f64,
 }
 
+impl Information {
+    /// The same of the variables `kept` alone, the others known.
+    #[must_use]
+    pub fn of(&self, kept: &[usize]) -> Self {
+        let select = |m: &DMatrix<f64>| m.select_rows(kept).select_columns(kept);
+        Self {
+            curvature: select(&self.curvature),
+            meat: self.meat.as_ref().map(select),
+            factor: self.factor,
+        }
+    }
+}
+
 /// What the estimator of one ride seeks, and the values of the rest.
 #[derive(Debug, Clone)]
 pub struct Unknowns {

@@ -83,12 +83,13 @@ const QUANTILE: f64 = 1.959_964;
 
 /// Covariance of the variables, and of each variable which others share a singular direction
 /// with it (none: it is regular).
-struct Spread {
-    covariance: DMatrix<f64>,
-    singular: Vec<Option<Vec<usize>>>,
+pub(crate) struct Spread {
+    pub(crate) covariance: DMatrix<f64>,
+    pub(crate) singular: Vec<Option<Vec<usize>>>,
 }
 
-fn spread(information: &Information) -> Spread {
+/// What `information` leaves open; a direction that the data do not see adds nothing.
+pub(crate) fn spread(information: &Information) -> Spread {
     let a = &information.curvature;
     let n = a.nrows();
     if n == 0 {
@@ -129,15 +130,6 @@ fn spread(information: &Information) -> Spread {
     }
 }
 
-fn without(information: &Information, kept: &[usize]) -> Information {
-    let select = |m: &DMatrix<f64>| m.select_rows(kept).select_columns(kept);
-    Information {
-        curvature: select(&information.curvature),
-        meat: information.meat.as_ref().map(select),
-        factor: information.factor,
-    }
-}
-
 /// Estimates at `values` [SI] from what the data know there and, where it could be computed, at
 /// the nominal values; and the correlation matrix (0 in rows and columns without a standard
 /// error, 1 on the diagonal).
@@ -159,8 +151,8 @@ pub fn judge(
     let unseen = spread(here).singular;
     // what is held at a bound is no longer estimated
     let kept: Vec<usize> = (0..n).filter(|&i| !at_bound[i]).collect();
-    let at = spread(&without(here, &kept));
-    let nominal = nominal.map(|information| spread(&without(information, &kept)));
+    let at = spread(&here.of(&kept));
+    let nominal = nominal.map(|information| spread(&information.of(&kept)));
     let deviation = |s: &Spread, k: usize| s.covariance[(k, k)].max(0.0).sqrt();
 
     let mut correlation = DMatrix::identity(n, n);
