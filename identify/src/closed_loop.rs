@@ -240,6 +240,13 @@ impl ClosedLoop {
         self.deviation(STEER)
     }
 
+    /// Amplitude of the steer torque [N m] that makes `line`.
+    pub fn torque_amplitude(&self, line: &LineMotion) -> f64 {
+        let omega = DVector::from_element(1, TAU * line.frequency);
+        let motion = response::response(&self.state, &torque(&self.gains), &omega);
+        line.steer_amplitude / motion.re[(0, STEER)].hypot(motion.im[(0, STEER)])
+    }
+
     /// How the loop changes along each of `variables`: of each the parameters and the drive on
     /// both sides of this loop's, `width` units of the variable apart. The differences are those
     /// of the equations at this loop's covariance; that it changes too is by differentiation.

@@ -204,6 +204,28 @@ impl Problem {
         Ok(Found { outcome, passes: 1 })
     }
 
+    /// The same, `amplitude` with its weights frozen at `weights`: one cost for searches that are
+    /// to be compared.
+    pub fn search_weighted(
+        &self,
+        weights: &DVector<f64>,
+        start: &DVector<f64>,
+        held: &[usize],
+    ) -> Result<Found> {
+        let Rides::Amplitude(spectra) = &self.rides else {
+            return self.search(start, held, &Watch::default());
+        };
+        let search = Search {
+            limits: &self.limits(),
+            held,
+            tolerance: SPECTRAL,
+            max_iterations: self.max_iterations,
+            watch: Watch::default(),
+        };
+        let outcome = minimise(&weighted(spectra, weights)?, start.clone(), &search)?;
+        Ok(Found { outcome, passes: 1 })
+    }
+
     /// What each of many points is worth to a population. Of spectra their likelihood: amplitudes
     /// are weighted anew at every point, and such costs do not compare.
     pub fn costs(&self, points: &[DVector<f64>]) -> Vec<Cost> {

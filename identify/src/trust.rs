@@ -1,7 +1,135 @@
-//! How far an estimate can be trusted, beyond its standard error: profiles of the cost, rides made
-//! again from the fitted model, and which parameters the data can do without.
+//! How far an estimate can be trusted, beyond its standard error: profiles of the cost, fits of data
+//! made again, and which parameters the data can do without.
 
 pub mod bootstrap;
 pub mod distribution;
 pub mod insensitivity;
 pub mod profile;
+
+use crate::error::Result;
+use crate::objective::Information;
+use crate::problem::Problem;
+use crate::solver::Limits;
+use crate::verdict::spread;
+use insensitivity::{Dropped, Reduction, sensitivities, worst};
+use nalgebra::DVector;
+use profile::{Optimum, Profile};
+use rayon::prelude::*;
+
+/// A problem and its optimum.
+pub struct Solved<'a> {
+    /// The problem.
+    pub problem: &'a Problem,
+    /// The shared variables of the optimum.
+    pub z: DVector<f64>,
+    /// Its cost, with the weights of `amplitude` as the model has them there.
+    pub cost: f64,
+    /// What the data know there.
+    pub information: Information,
+    limits: Limits,
+}
+
+impl<'a> Solved<'a> {
+    /// The optimum that the search from the shared variables at `z` ends in: near `z`, where a
+    /// search has ended before.
+    pub fn new(problem: &'a Problem, z: &DVector<f64>) -> Result<Self> {
+        let start = z.rows(0, problem.shared()).into_owned();
+        let outcome = problem.search_weighted(&start, &start, &[])?.outcome;
+        Ok(Self {
+            problem,
+            z: outcome.point.rows(0, problem.shared()).into_owned(),
+            cost: outcome.cost,
+            information: problem.information(&outcome.point)?,
+            limits: problem.limits(),
+        })
+    }
+
+    /// The profile of variable `i`.
+    pub fn profile(&self, i: usize) -> Result<Profile> {
+        let n = self.z.len();
+        let spread = spread(&self.information);
+        let plain = crate::verdict::spread(&Information {
+            meat: None,
+            factor: 1.0,
+            ..self.information.clone()
+        });
+        let regular = spread.singular[i].is_none() && spread.covariance[(i, i)] > 0.0;
+        let optimum = Optimum {
+            z: &self.z,
+            cost: self.cost,
+            limits: &self.limits,
+            index: i,
+            std_error: regular.then(|| spread.covariance[(i, i)].sqrt()),
+            tangent: if regular {
+                plain.covariance.column(i) / plain.covariance[(i, i)]
+            } else {
+                DVector::from_fn(n, |j, _| f64::from(u8::from(j == i)))
+            },
+            inflation: if regular {
+                spread.covariance[(i, i)] / plain.covariance[(i, i)]
+            } else {
+                self.information.factor
+            },
+        };
+        let curve = profile::profile(&optimum, |start| {
+            // where nothing can be evaluated there is a wall
+            let found = self.problem.search_weighted(&self.z, start, &[i]);
+            Ok::<_, crate::error::Error>(found.map_or_else(
+                |_| (f64::INFINITY, start.clone()),
+                |found| {
+                    let point = found.outcome.point.rows(0, n).into_owned();
+                    (found.outcome.cost, point)
+                },
+            ))
+        })?;
+        Ok(Profile::new(&self.problem.variables[i], i, &self.z, &curve))
+    }
+
+    /// The profiles of all variables, on all cores.
+    pub fn profiles(&self) -> Result<Vec<Profile>> {
+        (0..self.z.len())
+            .into_par_iter()
+            .map(|i| self.profile(i))
+            .collect()
+    }
+
+    /// Leaves out parameters by CIFER's rule, each fixed where the search starts, until all that
+    /// are left pass; nuisances stay. `caution` as in [`sensitivities`].
+    pub fn reduce(&self, caution: f64) -> Result<Reduction> {
+        let variables = &self.problem.variables;
+        let start = self.problem.start();
+        let (mut z, mut cost) = (self.z.clone(), self.cost);
+        let mut held: Vec<usize> = Vec::new();
+        let mut dropped = Vec::new();
+        loop {
+            let kept: Vec<usize> = (0..z.len()).filter(|i| !held.contains(i)).collect();
+            let information = self.problem.information(&z)?.of(&kept);
+            let left: Vec<_> = kept.iter().map(|&i| variables[i].clone()).collect();
+            let values = self.problem.values(&z);
+            let own: Vec<f64> = kept.iter().map(|&i| values[i]).collect();
+            let sensitivities = sensitivities(&left, &own, &information, caution);
+            let next = worst(&sensitivities, |k| !left[k].free.nuisance());
+            let Some((k, rule)) = next else {
+                return Ok(Reduction {
+                    kept: sensitivities,
+                    values: own,
+                    dropped,
+                    cost,
+                });
+            };
+            let i = kept[k];
+            held.push(i);
+            let mut from = z.clone();
+            from[i] = start[i];
+            let outcome = self.problem.search_weighted(&self.z, &from, &held)?.outcome;
+            dropped.push(Dropped {
+                sensitivity: sensitivities[k].clone(),
+                rule,
+                fixed_at: variables[i].free.value(start[i]),
+                cost_rise: outcome.cost - cost,
+            });
+            z = outcome.point.rows(0, z.len()).into_owned();
+            cost = outcome.cost;
+        }
+    }
+}

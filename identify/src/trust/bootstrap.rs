@@ -1,10 +1,28 @@
-//! Parametric bootstrap: the whole fit done again on data that the fitted model makes. What its
-//! estimates scatter by is the uncertainty, skewness and bias included. Efron & Tibshirani 1993.
+//! Bootstrap: the whole fit done again on data made again. What its estimates scatter by is the
+//! uncertainty, skewness and bias included.
+//!
+//! Spectra: rides of the fitted model, as long, as noisy and as driven as the measured ones, with
+//! seeds of their own (Efron & Tibshirani 1993, §6.5): the correlation of neighbouring bins and
+//! what the linearisation leaves out are in them. Replayed windows: the windows drawn with
+//! replacement, which asks nothing of the model's noise (ibid., §8.4).
 
-use crate::trust::profile::COVERAGE;
+use super::profile::COVERAGE;
+use crate::error::{Error, Result};
+use crate::objective::spectral::Spectral;
+use crate::objective::time::Time;
+use crate::plan::{Plan, Ridden};
+use crate::problem::{Problem, Rides};
+use crate::ride::Ride;
+use crate::synthesis::{SensorNoise, Synthesis, TorqueLine};
+use bicycle::Input;
+use nalgebra::DVector;
+use rand::{Rng, RngCore, SeedableRng};
+use rand_distr::{Distribution, StandardNormal};
+use rand_xoshiro::Xoshiro256PlusPlus;
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-/// What a parameter's bootstrap estimates say of it, in the unit the estimates have.
+/// What a parameter's bootstrap estimates say of it.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Scatter {
     /// Standard deviation of the estimates.
@@ -45,6 +63,279 @@ pub fn scatter(value: f64, estimates: &[f64]) -> Option<Scatter> {
     })
 }
 
+/// What one job of a bootstrap found: the shared variables; none where a ride fell or the search
+/// did not arrive.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Draw {
+    /// The variables.
+    pub z: Option<Vec<f64>>,
+}
+
+/// How the data of a bootstrap are made.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Kind {
+    /// Rides of the fitted model.
+    #[serde(rename = "simulated rides")]
+    Rides,
+    /// Windows drawn with replacement.
+    #[serde(rename = "windows drawn with replacement")]
+    Windows,
+}
+
+/// A parameter's row of a bootstrap [SI].
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Row {
+    /// The parameter, and of which ride or condition it is.
+    pub name: String,
+    /// The value that made the data.
+    pub value: f64,
+    /// Scatter of the estimates; none of fewer than two. Basic intervals are mirrored on the scale
+    /// of the search and kept within its bounds.
+    pub scatter: Option<Scatter>,
+    /// Estimates that ended at a bound.
+    pub at_bound: usize,
+}
+
+/// What a bootstrap found.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Resampled {
+    /// How its data were made.
+    pub kind: Kind,
+    /// Seed.
+    pub seed: u64,
+    /// Jobs.
+    pub jobs: usize,
+    /// Jobs without an estimate.
+    pub failed: usize,
+    /// The parameters.
+    pub parameters: Vec<Row>,
+}
+
+/// A fit to be done again and again: many independent jobs, each the same whenever and in whatever
+/// order it runs.
+pub struct Bootstrap<'a> {
+    rides: &'a [Ridden<'a>],
+    plan: Plan,
+    problem: &'a Problem,
+    z: DVector<f64>,
+    seed: u64,
+}
+
+/// The generator of stream `stream` under `seed`.
+fn generator(seed: u64, stream: u64) -> Xoshiro256PlusPlus {
+    let base = Xoshiro256PlusPlus::seed_from_u64(seed).next_u64();
+    Xoshiro256PlusPlus::seed_from_u64(base.wrapping_add(stream))
+}
+
+impl<'a> Bootstrap<'a> {
+    /// Of the fit of `plan` to `rides`, which is `problem` and ended in the shared variables `z`.
+    pub fn new(
+        rides: &'a [Ridden<'a>],
+        plan: &Plan,
+        problem: &'a Problem,
+        z: &DVector<f64>,
+        seed: u64,
+    ) -> Result<Self> {
+        let mut plan = plan.clone();
+        match &problem.rides {
+            Rides::Time(windows) => {
+                // the seams between windows are not the sensors' noise
+                let n = windows.members.len() as f64;
+                let mean_square = |c: usize| {
+                    let squares = windows.members.iter().map(|m| m.landscape.noise[c].powi(2));
+                    (squares.sum::<f64>() / n).sqrt()
+                };
+                plan.noise = Some((0..problem.channels.len()).map(mean_square).collect());
+            }
+            Rides::Amplitude(spectra) | Rides::Whittle(spectra) => {
+                let lines = |m: &crate::objective::together::Member<_>| {
+                    let whittle: &crate::objective::whittle::Whittle = &m.landscape;
+                    whittle.spectral.measured.lines.len()
+                };
+                if let Some(found) = spectra.members.iter().map(lines).find(|&n| n > 1) {
+                    return Err(Error::Form {
+                        expected: "a bootstrap of rides with one masked line at most",
+                        found: format!("{found} lines"),
+                    });
+                }
+            }
+        }
+        Ok(Self {
+            rides,
+            plan,
+            problem,
+            z: z.rows(0, problem.shared()).into_owned(),
+            seed,
+        })
+    }
+
+    /// How its data are made.
+    pub fn kind(&self) -> Kind {
+        match self.problem.rides {
+            Rides::Time(_) => Kind::Windows,
+            Rides::Amplitude(_) | Rides::Whittle(_) => Kind::Rides,
+        }
+    }
+
+    /// Job number `job`: data made again and fitted from the estimates on.
+    pub fn draw(&self, job: usize) -> Draw {
+        Draw {
+            z: self.refit(job).ok().flatten(),
+        }
+    }
+
+    fn refit(&self, job: usize) -> Result<Option<Vec<f64>>> {
+        let mut rng = generator(self.seed, job as u64);
+        let made: Vec<Result<Ride>> = match &self.problem.rides {
+            Rides::Amplitude(spectra) | Rides::Whittle(spectra) => {
+                let models = spectra.each(&self.z, |ride, z| (ride.spectral.clone(), z.clone()));
+                let rides = models.iter().zip(self.rides);
+                rides
+                    .map(|((spectral, z), ridden)| simulated(spectral, z, ridden, rng.random()))
+                    .collect()
+            }
+            Rides::Time(windows) => {
+                let rides = windows.members.iter().zip(self.rides);
+                rides
+                    .map(|(member, ridden)| redrawn(&member.landscape, ridden.ride, &mut rng))
+                    .collect()
+            }
+        };
+        let made = made.into_iter().collect::<Result<Vec<_>>>()?;
+        let ridden: Vec<Ridden> = made
+            .iter()
+            .zip(self.rides)
+            .map(|(ride, ridden)| Ridden {
+                ride,
+                ..ridden.clone()
+            })
+            .collect();
+        let problem = Problem::new(&ridden, &self.plan)?;
+        let outcome = problem.search(&self.z, &[])?.outcome;
+        let shared = outcome.point.rows(0, self.z.len());
+        Ok(outcome
+            .converged
+            .then(|| shared.iter().copied().collect()))
+    }
+
+    /// Jobs 0 to `jobs`, on all cores; those that `known` has are not done again, and `done` is
+    /// told of each that is. A bootstrap of more jobs holds those of fewer.
+    pub fn run(
+        &self,
+        jobs: usize,
+        known: impl Fn(usize) -> Option<Draw> + Sync,
+        done: impl Fn(usize, &Draw) + Sync,
+    ) -> Resampled {
+        let job = |job: usize| {
+            known(job).unwrap_or_else(|| {
+                let draw = self.draw(job);
+                done(job, &draw);
+                draw
+            })
+        };
+        let draws: Vec<Draw> = (0..jobs).into_par_iter().map(job).collect();
+        self.summary(&draws)
+    }
+
+    /// What `draws` say.
+    pub fn summary(&self, draws: &[Draw]) -> Resampled {
+        let found: Vec<&Vec<f64>> = draws.iter().filter_map(|d| d.z.as_ref()).collect();
+        let limits = self.problem.limits();
+        let row = |i: usize| {
+            let variable = &self.problem.variables[i];
+            let free = &variable.free;
+            let (low, high) = (limits.lower[i], limits.upper[i]);
+            let estimates: Vec<f64> = found.iter().map(|z| z[i]).collect();
+            let value = free.value(self.z[i]);
+            let si = |z: f64| free.value(z.clamp(low, high));
+            let both = |(a, b): (f64, f64)| (si(a), si(b));
+            let edge = 1e-6 * (high - low);
+            Row {
+                name: variable.to_string(),
+                value,
+                scatter: scatter(self.z[i], &estimates).map(|s| Scatter {
+                    std_error: s.std_error * free.slope(value),
+                    bias: free.value(self.z[i] + s.bias) - value,
+                    percentile: both(s.percentile),
+                    basic: both(s.basic),
+                }),
+                at_bound: estimates
+                    .iter()
+                    .filter(|z| **z - low < edge || high - **z < edge)
+                    .count(),
+            }
+        };
+        Resampled {
+            kind: self.kind(),
+            seed: self.seed,
+            jobs: draws.len(),
+            failed: draws.len() - found.len(),
+            parameters: (0..self.z.len()).map(row).collect(),
+        }
+    }
+}
+
+/// A ride of the model at `z`, as long as `ridden` and with its noise.
+fn simulated(spectral: &Spectral, z: &DVector<f64>, ridden: &Ridden, seed: u64) -> Result<Ride> {
+    let candidate = spectral.unknowns.candidate(z);
+    let measured = &spectral.measured;
+    let line: Option<Result<_>> = measured.lines.first().map(|line| {
+        let closed_loop = spectral.closed_loop(z)?;
+        let amplitude = closed_loop.torque_amplitude(line).unwrap_or(0.0);
+        let frequency = line.frequency;
+        Ok(TorqueLine {
+            frequency,
+            amplitude,
+        })
+    });
+    let effective = spectral.unknowns.seeks("effective_damping");
+    let mut ride = Synthesis {
+        parameters: if effective {
+            candidate.damped()
+        } else {
+            candidate.parameters
+        },
+        formulation: spectral.formulation,
+        input: Input {
+            speed: measured.speed,
+            ..Input::default()
+        },
+        excitation: candidate.excitation,
+        line: line.transpose()?,
+        duration: ridden.ride.duration(),
+        rate: ridden.ride.rate(),
+        noise: SensorNoise::NONE,
+        seed,
+        ..Synthesis::default()
+    }
+    .ride()?;
+    let mut rng = generator(seed, 0);
+    for (channel, noise) in measured.channels.iter().zip(&measured.noise) {
+        let noisy = ride.channel(channel)?.iter().map(|value| {
+            let normal: f64 = StandardNormal.sample(&mut rng);
+            value + noise * normal
+        });
+        let noisy = noisy.collect();
+        ride.insert(channel, noisy)?;
+    }
+    Ok(ride)
+}
+
+/// The windows of `ride` drawn with replacement, one behind the other: each is replayed from a
+/// start of its own, so that the seams do not matter.
+fn redrawn(windows: &Time, ride: &Ride, rng: &mut impl Rng) -> Result<Ride> {
+    let n = windows.windows();
+    let length = windows.observations() / (n * windows.channels.len());
+    let drawn: Vec<usize> = (0..n).map(|_| rng.random_range(0..n)).collect();
+    let mut redrawn = Ride::new(0.0, ride.step(), n * length);
+    redrawn.law_in_loop = ride.law_in_loop;
+    for (row, samples) in ride.channels() {
+        let windows = drawn.iter().flat_map(|w| &samples[w * length..][..length]);
+        redrawn.insert(row.name, windows.copied().collect())?;
+    }
+    Ok(redrawn)
+}
+
 #[cfg(test)]
 mod tests {
     #![expect(clippy::unwrap_used, reason = "a failed step is a failed test")]
@@ -65,5 +356,13 @@ mod tests {
     #[test]
     fn one_estimate_scatters_by_nothing_known() {
         assert_eq!(scatter(1.0, &[1.0]), None);
+    }
+
+    #[test]
+    fn streams_differ_by_seed_and_by_number() {
+        let first = |seed, stream| generator(seed, stream).next_u64();
+        assert_eq!(first(1, 2), first(1, 2));
+        assert_ne!(first(1, 2), first(1, 3));
+        assert_ne!(first(1, 3), first(2, 2));
     }
 }

@@ -36,6 +36,21 @@ pub struct Dropped {
     pub fixed_at: f64,
     /// Which part of the rule it broke.
     pub rule: Rule,
+    /// By how much the least cost rose for it.
+    pub cost_rise: f64,
+}
+
+/// What the rule leaves of a fit.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Reduction {
+    /// The parameters that were kept.
+    pub kept: Vec<Sensitivity>,
+    /// Their values [SI], sought anew.
+    pub values: Vec<f64>,
+    /// The parameters that were left out, in their order.
+    pub dropped: Vec<Dropped>,
+    /// The least cost that is left.
+    pub cost: f64,
 }
 
 /// The two parts of the rule.

@@ -5,9 +5,11 @@
 //! parabola of the same covariance, ½ χ²₁(.95) V_ii/(H⁻¹)_ii: the taper's factor 35/18 or the
 //! sandwich are in it (Chandler & Bate 2007).
 
+use super::distribution::chi_square_quantile;
+use crate::free::Variable;
 use crate::solver::Limits;
-use crate::trust::distribution::chi_square_quantile;
 use nalgebra::DVector;
+use serde::{Deserialize, Serialize};
 
 /// Probability with which an interval is to hold the truth.
 pub const COVERAGE: f64 = 0.95;
@@ -40,6 +42,53 @@ pub struct Curve {
     pub upper: Option<f64>,
     /// Searches it took.
     pub searches: u64,
+}
+
+/// The cost over a parameter.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Profile {
+    /// The parameter, and of which ride or condition it is.
+    pub name: String,
+    /// Its estimate [SI].
+    pub value: f64,
+    /// Values [SI], rising, the estimate among them.
+    pub values: Vec<f64>,
+    /// Least cost at each of them over that of the estimate; none where there is no cost.
+    pub rise: Vec<Option<f64>>,
+    /// Rise at the ends of a 95 % interval.
+    pub level: f64,
+    /// Lower end [SI]; none where the profile is open down to the bound.
+    pub lower: Option<f64>,
+    /// Upper end [SI]; likewise.
+    pub upper: Option<f64>,
+    /// Searches it took.
+    pub searches: u64,
+    /// By how much the cost fell below that of the estimate, which was then not the least.
+    pub fell: f64,
+}
+
+impl Profile {
+    /// `curve` over variable `index`, in SI.
+    pub fn new(variable: &Variable, index: usize, z: &DVector<f64>, curve: &Curve) -> Self {
+        let value = |z: f64| variable.free.value(z);
+        let rises = curve.points.iter().map(|p| p.rise);
+        Self {
+            name: variable.to_string(),
+            value: value(z[index]),
+            values: curve.points.iter().map(|p| value(p.z[index])).collect(),
+            fell: -rises.clone().fold(0.0, f64::min),
+            rise: rises.map(|r| r.is_finite().then_some(r)).collect(),
+            level: curve.level,
+            lower: curve.lower.map(value),
+            upper: curve.upper.map(value),
+            searches: curve.searches,
+        }
+    }
+
+    /// Whether its interval, open ends included, holds `value` [SI].
+    pub fn holds(&self, value: f64) -> bool {
+        self.lower.is_none_or(|low| low <= value) && self.upper.is_none_or(|high| value <= high)
+    }
 }
 
 /// From where a profile starts, and what the parabola there says.
@@ -103,6 +152,7 @@ struct Walk<'a, F> {
 #[derive(Clone)]
 struct Step {
     at: f64,
+    rise: f64,
     root: f64,
     z: DVector<f64>,
 }
@@ -124,7 +174,7 @@ impl<E, F: FnMut(&DVector<f64>) -> Result<(f64, DVector<f64>), E>> Walk<'_, F> {
         } else {
             f64::INFINITY
         };
-        Ok(Step { at, root, z })
+        Ok(Step { at, rise, root, z })
     }
 
     /// The points of one side, outwards, and the end of the interval.
@@ -134,6 +184,7 @@ impl<E, F: FnMut(&DVector<f64>) -> Result<(f64, DVector<f64>), E>> Walk<'_, F> {
         let bound = if sign > 0.0 { upper[i] } else { lower[i] };
         let mut last = Step {
             at: self.optimum.z[i],
+            rise: 0.0,
             root: 0.0,
             z: self.optimum.z.clone(),
         };
@@ -156,7 +207,7 @@ impl<E, F: FnMut(&DVector<f64>) -> Result<(f64, DVector<f64>), E>> Walk<'_, F> {
             let next = self.at(at, &last, &tangent)?;
             if next.root >= 1.0 {
                 let end = self.between(last, next, &tangent, &mut steps)?;
-                return Ok((self.points(steps, sign), Some(end)));
+                return Ok((Self::points(steps, sign), Some(end)));
             }
             let moved = (next.at - last.at).abs();
             let wanted = STRIDE * moved / (next.root - last.root).max(0.0);
@@ -165,7 +216,7 @@ impl<E, F: FnMut(&DVector<f64>) -> Result<(f64, DVector<f64>), E>> Walk<'_, F> {
             last = next.clone();
             steps.push(next);
         }
-        Ok((self.points(steps, sign), None))
+        Ok((Self::points(steps, sign), None))
     }
 
     /// Where the rise crosses the level between `below` and `above`.
@@ -209,10 +260,10 @@ impl<E, F: FnMut(&DVector<f64>) -> Result<(f64, DVector<f64>), E>> Walk<'_, F> {
     }
 
     /// Outwards, as points of a curve.
-    fn points(&self, mut steps: Vec<Step>, sign: f64) -> Vec<Point> {
+    fn points(mut steps: Vec<Step>, sign: f64) -> Vec<Point> {
         steps.sort_by(|a, b| (sign * a.at).total_cmp(&(sign * b.at)));
         let point = |s: Step| Point {
-            rise: s.root * s.root * self.level,
+            rise: s.rise,
             z: s.z,
         };
         steps.into_iter().map(point).collect()
