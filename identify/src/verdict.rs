@@ -70,6 +70,25 @@ impl Estimate {
         let of = self.of.as_deref().map(base);
         of.map_or_else(|| self.name.clone(), |of| format!("{} of {of}", self.name))
     }
+
+    /// The verdict as a sentence has it, and which parameters a change of this one can hide in.
+    pub fn words(&self) -> String {
+        let verdict = match self.verdict {
+            _ if self.at_bound => "at its bound",
+            Verdict::Determined => "determined",
+            Verdict::Weak => "weakly determined",
+            Verdict::NotDetermined => "not determined by this data",
+            Verdict::Nuisance => "a nuisance, estimated for the others' sake",
+        };
+        if self.trades_against.is_empty() {
+            verdict.into()
+        } else {
+            format!(
+                "{verdict}; trades against {}",
+                self.trades_against.join(", ")
+            )
+        }
+    }
 }
 
 /// Relative singular value below which the data do not see a direction.
@@ -262,7 +281,10 @@ mod tests {
                 (None, None)
             );
             assert_eq!(estimates[i].trades_against, [other]);
+            let words = format!("not determined by this data; trades against {other}");
+            assert_eq!(estimates[i].words(), words);
         }
+        assert_eq!(estimates[0].words(), "determined");
         assert_eq!(correlation[(1, 2)], 0.0);
     }
 
@@ -302,6 +324,7 @@ mod tests {
             (estimates[1].std_error, estimates[1].verdict),
             (None, Verdict::NotDetermined)
         );
+        assert_eq!(estimates[1].words(), "at its bound");
         // the other as if the one at its bound were known
         assert!((estimates[0].std_error.unwrap() - 0.14).abs() < 1e-12);
     }

@@ -283,7 +283,11 @@ fn rows(setup: &Setup, trials: &[Trial], effective: f64, table: &mut String) -> 
         let scattered = || trials.iter().filter_map(scatter);
         let percentile = share(scattered().map(|s| inside(s.percentile)));
         let basic = share(scattered().map(|s| inside(s.basic)));
-        let verdict = |v| share(trials.iter().map(|t| of(t).verdict == v)).0.unwrap_or(0.0);
+        let verdict = |v| {
+            share(trials.iter().map(|t| of(t).verdict == v))
+                .0
+                .unwrap_or(0.0)
+        };
         let (determined, weak, not) = (
             verdict(Verdict::Determined),
             verdict(Verdict::Weak),
@@ -307,7 +311,11 @@ fn rows(setup: &Setup, trials: &[Trial], effective: f64, table: &mut String) -> 
         if claimed.is_some_and(|(_, v)| verdict(*v) < 95.0) {
             wrong.push("verdict");
         }
-        outside.extend(wrong.iter().map(|what| format!("{}: {name}: {what}", setup.name)));
+        outside.extend(
+            wrong
+                .iter()
+                .map(|what| format!("{}: {name}: {what}", setup.name)),
+        );
         let judged = match (calibrated || claimed.is_some(), wrong.is_empty()) {
             (false, _) => "–".into(),
             (true, true) => "holds".into(),

@@ -1,5 +1,6 @@
 //! The house from outside.
 
+mod calibration;
 mod cases;
 mod claims;
 mod controllers;

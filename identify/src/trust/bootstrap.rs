@@ -213,9 +213,7 @@ impl<'a> Bootstrap<'a> {
         let problem = Problem::new(&ridden, &self.plan)?;
         let outcome = problem.search(&self.z, &[])?.outcome;
         let shared = outcome.point.rows(0, self.z.len());
-        Ok(outcome
-            .converged
-            .then(|| shared.iter().copied().collect()))
+        Ok(outcome.converged.then(|| shared.iter().copied().collect()))
     }
 
     /// Jobs 0 to `jobs`, on all cores; those that `known` has are not done again, and `done` is

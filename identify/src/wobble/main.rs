@@ -17,6 +17,7 @@ mod model;
 mod output;
 mod rides;
 mod stability;
+mod validate;
 
 use clap::{Parser, Subcommand};
 use identify::error::Error;
@@ -55,6 +56,8 @@ enum Command {
     Linear(linear::Linear),
     /// Fit parameters to a ride
     Fit(fitting::Fit),
+    /// A fit on rides it was not made of; other readings of the equations beside it
+    Validate(validate::Validate),
     /// The report of a fit, one HTML file
     Report(fitting::Report),
     /// Couple the bicycle's FMU with an assist controller, or any FMUs with each other
@@ -79,6 +82,7 @@ fn main() -> ExitCode {
             stop::on_interrupt();
             command.run()
         }
+        Command::Validate(command) => command.run(),
         Command::Report(command) => command.run(),
         Command::Cosim(command) => command.run(),
         Command::Fmu(command) => command.run(),
