@@ -133,3 +133,6 @@ impl<'a> Solved<'a> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests;

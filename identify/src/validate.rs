@@ -72,6 +72,15 @@ impl HeldOut {
 pub struct Candidate {
     /// Its name.
     pub formulation: String,
+    /// What it is worth; none where it cannot be fitted.
+    pub weighed: Option<Weighed>,
+    /// Why it cannot: its bicycle does not stand, say.
+    pub failed: Option<String>,
+}
+
+/// What a reading of the equations is worth.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Weighed {
     /// Whether its search arrived.
     pub converged: bool,
     /// Its estimates on the rides of the fit.
@@ -119,42 +128,49 @@ pub fn validate(run: &Run, rides: &[Ride]) -> Result<Validation> {
 }
 
 /// `run` fitted anew to its own rides, `fitted`, with each of the readings `names`, and each of them
-/// on `rides`.
+/// on `rides`. A reading that cannot be fitted says why and stops none of the others.
 pub fn formulations(
     run: &Run,
     fitted: &[Ride],
     rides: &[Ride],
     names: &[String],
 ) -> Result<Vec<Candidate>> {
-    let candidate = |name: &String| {
-        let reading = formulation(name)?;
-        let mut plan = run.plan()?;
-        plan.formulation = reading;
-        // one noise for all: likelihoods are of the same observations
-        plan.noise = plan.noise.or_else(|| shared_noise(&run.fit));
-        let known = |name: &str| reading != Formulation::Whipple || !name.ends_with("_stiffness");
-        plan.free = plan.free.map(|free| {
-            let kept = free.into_iter().filter(|f| known(f.row.name));
-            kept.collect()
-        });
-        plan.ties.retain(|tie| known(tie.leader.name));
-        let ridden = run.ridden(fitted)?;
-        let (problem, fit) = fit(&ridden, &plan, &|_| ())?;
-        let held_out = rides
-            .iter()
-            .map(|ride| held_out(&plan, &fit, ride, run))
-            .collect::<Result<Vec<_>>>()?;
-        let error = held_out.iter().map(HeldOut::error).sum::<f64>() / held_out.len() as f64;
-        Ok(Candidate {
+    let readings = names.iter().map(|name| formulation(name));
+    let readings: Vec<Formulation> = readings.collect::<Result<_>>()?;
+    let candidate = |reading: Formulation| {
+        let weighed = weigh(run, fitted, rides, reading);
+        Candidate {
             formulation: reading.name().into(),
-            converged: fit.converged,
-            criteria: criteria(&problem, &fit)?,
-            parameters: fit.parameters,
-            held_out,
-            error,
-        })
+            failed: weighed.as_ref().err().map(ToString::to_string),
+            weighed: weighed.ok(),
+        }
     };
-    names.iter().map(candidate).collect()
+    Ok(readings.into_iter().map(candidate).collect())
+}
+
+fn weigh(run: &Run, fitted: &[Ride], rides: &[Ride], reading: Formulation) -> Result<Weighed> {
+    let mut plan = run.plan()?;
+    plan.formulation = reading;
+    // one noise for all: likelihoods are of the same observations
+    plan.noise = plan.noise.or_else(|| shared_noise(&run.fit));
+    // wheels that do not slip have no tyres
+    let known = |name: &str| reading != Formulation::Whipple || !name.ends_with("_stiffness");
+    if let Some(free) = &mut plan.free {
+        free.retain(|f| known(f.row.name));
+    }
+    plan.ties.retain(|tie| known(tie.leader.name));
+    let (problem, fit) = fit(&run.ridden(fitted)?, &plan, &|_| ())?;
+    let held_out = rides
+        .iter()
+        .map(|ride| held_out(&plan, &fit, ride, run))
+        .collect::<Result<Vec<_>>>()?;
+    Ok(Weighed {
+        converged: fit.converged,
+        criteria: criteria(&problem, &fit)?,
+        error: held_out.iter().map(HeldOut::error).sum::<f64>() / held_out.len() as f64,
+        parameters: fit.parameters,
+        held_out,
+    })
 }
 
 /// The noise of each channel, root mean square over the rides of `fit`.
@@ -259,3 +275,6 @@ fn estimate(fit: &Fit, variable: &Variable) -> Result<f64> {
     }
     Ok(all.iter().sum::<f64>() / all.len() as f64)
 }
+
+#[cfg(test)]
+mod tests;

@@ -77,25 +77,33 @@ fn words(validation: &Validation) -> String {
         );
     }
     for candidate in &validation.formulations {
-        let c = &candidate.criteria;
+        let name = &candidate.formulation;
+        let Some(weighed) = &candidate.weighed else {
+            let why = candidate.failed.as_deref().unwrap_or_default();
+            let _ = writeln!(text, "{name:14}  cannot be fitted: {why}");
+            continue;
+        };
+        let c = &weighed.criteria;
         let _ = writeln!(
             text,
-            "{:14}  {:<13.2}  {:<4.1}  {:<13.2}  {:<13.2}  {:.3}{}",
-            candidate.formulation,
+            "{name:14}  {:<13.2}  {:<4.1}  {:<13.2}  {:<13.2}  {:.3}{}",
             c.minus_log_likelihood,
             c.parameters,
             c.aic,
             c.bic,
-            candidate.error,
-            if candidate.converged {
+            weighed.error,
+            if weighed.converged {
                 ""
             } else {
                 "  (not converged)"
             }
         );
     }
-    if let Some(candidate) = validation.formulations.first() {
-        let c = &candidate.criteria;
+    let weighed = validation
+        .formulations
+        .iter()
+        .find_map(|c| c.weighed.as_ref());
+    if let Some(c) = weighed.map(|weighed| &weighed.criteria) {
         let _ = writeln!(text, "n = {:.0}: {}", c.sample, c.sample_of);
     }
     text

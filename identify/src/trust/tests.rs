@@ -1,0 +1,173 @@
+#![expect(clippy::unwrap_used, reason = "a failed step is a failed test")]
+
+use super::Solved;
+use super::bootstrap::{Bootstrap, Draw, Kind};
+use super::insensitivity::Rule;
+use crate::fit::{Fit, fit};
+use crate::free::Free;
+use crate::objective::Objective;
+use crate::plan::{Plan, Ridden};
+use crate::problem::Problem;
+use crate::ride::Ride;
+use crate::synthesis::Synthesis;
+use bicycle::Parameters;
+use std::sync::Mutex;
+
+/// A rider on roll and roll rate alone, on the nominal bicycle.
+fn rider() -> Parameters {
+    Parameters {
+        rider_roll_gain: 150.0,
+        rider_roll_rate_gain: 60.0,
+        rider_steer_gain: 0.0,
+        rider_steer_rate_gain: 0.0,
+        ..Parameters::default()
+    }
+}
+
+fn ride(duration: f64, torque_recorded: bool) -> Ride {
+    let synthesis = Synthesis {
+        parameters: rider(),
+        duration,
+        torque_recorded,
+        seed: 41,
+        ..Synthesis::default()
+    };
+    synthesis.ride().unwrap()
+}
+
+fn plan(objective: Objective, free: &[&str]) -> Plan {
+    Plan {
+        parameters: rider(),
+        objective: Some(objective),
+        free: Some(free.iter().map(|name| Free::new(name).unwrap()).collect()),
+        ..Plan::default()
+    }
+}
+
+fn fitted(ridden: &[Ridden], plan: &Plan) -> (Problem, Fit) {
+    fit(ridden, plan, &|_| ()).unwrap()
+}
+
+fn solved<'a>(problem: &'a Problem, fit: &Fit) -> Solved<'a> {
+    let values: Vec<f64> = fit.parameters.iter().map(|p| p.value).collect();
+    Solved::new(problem, &problem.at(&values)).unwrap()
+}
+
+#[test]
+fn profiles_of_a_fit_lie_about_its_intervals() {
+    let ride = ride(24.0, false);
+    let plan = plan(Objective::Amplitude, &["effective_damping"]);
+    let (problem, fit) = fitted(&[plan.ridden(&ride)], &plan);
+    for (profile, estimate) in solved(&problem, &fit)
+        .profiles()
+        .unwrap()
+        .iter()
+        .zip(&fit.parameters)
+    {
+        let (low, high) = estimate.interval.unwrap();
+        // a spectrum's cost is skew: the widths agree to a third, and the estimate is inside
+        let width = profile.upper.unwrap() - profile.lower.unwrap_or(0.0);
+        assert!(
+            (width / (high - low) - 1.0).abs() < 1.0 / 3.0,
+            "{profile:?} {estimate:?}"
+        );
+        assert!(profile.holds(estimate.value));
+        // and at its ends the cost has risen by what a 95 % interval allows
+        let last = profile.rise.iter().flatten().copied().fold(0.0, f64::max);
+        assert!(last > 0.97 * profile.level, "{profile:?}");
+        assert!(profile.fell < 1e-6, "{profile:?}");
+    }
+}
+
+#[test]
+fn the_rule_leaves_out_the_damping_and_keeps_the_tyres() {
+    let ride = ride(24.0, false);
+    let free = [
+        "cornering_stiffness",
+        "camber_stiffness",
+        "effective_damping",
+    ];
+    let plan = plan(Objective::Whittle, &free);
+    let (problem, fit) = fitted(&[plan.ridden(&ride)], &plan);
+    let reduction = solved(&problem, &fit).reduce(1.0).unwrap();
+    let kept: Vec<_> = reduction.kept.iter().map(|s| s.name.as_str()).collect();
+    assert_eq!(
+        kept,
+        [
+            "cornering_stiffness",
+            "camber_stiffness",
+            "remnant_intensity"
+        ]
+    );
+    // one ride tells the damping to ± 30 % of its value, the tyres to 1 and 5 %
+    let [dropped] = &reduction.dropped[..] else {
+        panic!("{:?}", reduction.dropped);
+    };
+    assert_eq!(dropped.sensitivity.name, "effective_damping");
+    assert!(dropped.sensitivity.cramer_rao.unwrap() > 0.2);
+    assert_eq!(dropped.fixed_at, plan.excitation.effective_damping);
+    assert!(dropped.cost_rise > 0.0);
+    assert!(matches!(
+        dropped.rule,
+        Rule::CramerRao | Rule::Insensitivity
+    ));
+}
+
+#[test]
+fn a_job_is_the_same_whenever_it_runs_and_known_ones_do_not_run_again() {
+    let ride = ride(24.0, false);
+    let plan = plan(Objective::Amplitude, &["effective_damping"]);
+    let ridden = [plan.ridden(&ride)];
+    let (problem, fit) = fitted(&ridden, &plan);
+    let z = solved(&problem, &fit).z;
+    let bootstrap = Bootstrap::new(&ridden, &plan, &problem, &z, 7).unwrap();
+    assert_eq!(bootstrap.kind(), Kind::Rides);
+
+    let ran: Mutex<Vec<(usize, Draw)>> = Mutex::default();
+    let note = |job, draw: &Draw| ran.lock().unwrap().push((job, draw.clone()));
+    let whole = bootstrap.run(6, |_| None, note);
+    let mut first = ran.lock().unwrap().clone();
+    first.sort_by_key(|(job, _)| *job);
+    assert_eq!(first.len(), 6);
+    assert_eq!(first[4].1, bootstrap.draw(4));
+    assert_ne!(first[4].1, first[5].1);
+
+    // stopped after three, resumed
+    ran.lock().unwrap().clear();
+    let known = |job: usize| {
+        first
+            .get(job)
+            .filter(|_| job < 3)
+            .map(|(_, draw)| draw.clone())
+    };
+    assert_eq!(bootstrap.run(6, known, note), whole);
+    let mut again: Vec<usize> = ran.lock().unwrap().iter().map(|(job, _)| *job).collect();
+    again.sort_unstable();
+    assert_eq!(again, [3, 4, 5]);
+
+    // a failed job is counted and leaves the others
+    let failed = bootstrap.run(6, |job| known(job).map(|_| Draw { z: None }), |_, _| ());
+    assert_eq!((failed.jobs, failed.failed), (6, 3));
+}
+
+#[test]
+fn windows_drawn_again_scatter_as_the_sandwich_says() {
+    let ride = ride(12.0, true);
+    let plan = plan(
+        Objective::Time,
+        &["cornering_stiffness", "viscous_friction"],
+    );
+    let ridden = [plan.ridden(&ride)];
+    let (problem, fit) = fitted(&ridden, &plan);
+    let z = solved(&problem, &fit).z;
+    let bootstrap = Bootstrap::new(&ridden, &plan, &problem, &z, 1).unwrap();
+    assert_eq!(bootstrap.kind(), Kind::Windows);
+    let resampled = bootstrap.run(24, |_| None, |_, _| ());
+    assert_eq!(resampled.failed, 0);
+    for (row, estimate) in resampled.parameters.iter().zip(&fit.parameters) {
+        // a deviation from 24 draws scatters by 15 %, the sandwich of 24 windows by as much, and
+        // leverage sets the two apart by some more
+        let ratio = row.scatter.unwrap().std_error / estimate.std_error.unwrap();
+        assert!((0.5..2.0).contains(&ratio), "{row:?} {estimate:?}");
+    }
+}
