@@ -12,7 +12,7 @@ use bicycle::{Excitation, Parameters};
 use identify::fit::{Fit, fit};
 use identify::free::{Free, Scope};
 use identify::objective::Objective;
-use identify::plan::{Change, Plan, Ridden};
+use identify::plan::{Plan, Ridden};
 use identify::ride::Ride;
 use identify::synthesis::{SensorNoise, Synthesis};
 use identify::trust::Solved;
@@ -200,22 +200,17 @@ struct Trial {
 }
 
 fn trial(setup: &Setup, number: usize, rides: &[Ride]) -> Trial {
-    let free = setup.free.iter().map(|name| Free::new(name));
+    let free = |name: &&str| Free::new(name).expect("a row");
+    let mut sought: Vec<Free> = setup.free.iter().map(free).collect();
+    if setup.objective != Objective::Time {
+        sought.push(free(&"remnant_intensity").per(Scope::Shared));
+    }
     let plan = Plan {
         parameters: rider(),
         objective: Some(setup.objective),
-        free: Some(free.collect::<Result<_, _>>().expect("rows")),
+        free: Some(sought),
         ..Plan::default()
     };
-    let mut plan = plan;
-    if setup.rides > 1 {
-        let intensity = Free::new("remnant_intensity").expect("a row");
-        if let Some(free) = &mut plan.free {
-            free.push(intensity);
-        }
-        plan.changes
-            .push((intensity.row.name, Change::Scope(Scope::Shared)));
-    }
     let ridden: Vec<Ridden> = rides.iter().map(|ride| plan.ridden(ride)).collect();
     let (problem, fit) = fit(&ridden, &plan, &|_| ()).expect("a fit");
     let z = problem.at(&fit.parameters.iter().map(|p| p.value).collect::<Vec<_>>());

@@ -129,7 +129,7 @@ pub struct Spectral {
 impl Spectral {
     /// Bicycle and drive at the variables `z`. A free `effective_damping` stands for viscous and
     /// Coulomb friction together.
-    fn setting(&self, z: &DVector<f64>) -> (Parameters, Drive) {
+    pub(crate) fn setting(&self, z: &DVector<f64>) -> (Parameters, Drive) {
         let candidate = self.unknowns.candidate(z);
         let (mut parameters, excitation) = (candidate.parameters, candidate.excitation);
         let mut free = self.unknowns.free.iter();

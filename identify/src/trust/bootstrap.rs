@@ -14,7 +14,7 @@ use crate::plan::{Plan, Ridden};
 use crate::problem::{Problem, Rides};
 use crate::ride::Ride;
 use crate::synthesis::{SensorNoise, Synthesis, TorqueLine};
-use bicycle::Input;
+use bicycle::{Excitation, Input};
 use nalgebra::DVector;
 use rand::{Rng, RngCore, SeedableRng};
 use rand_distr::{Distribution, StandardNormal};
@@ -275,31 +275,28 @@ impl<'a> Bootstrap<'a> {
 
 /// A ride of the model at `z`, as long as `ridden` and with its noise.
 fn simulated(spectral: &Spectral, z: &DVector<f64>, ridden: &Ridden, seed: u64) -> Result<Ride> {
-    let candidate = spectral.unknowns.candidate(z);
     let measured = &spectral.measured;
-    let line: Option<Result<_>> = measured.lines.first().map(|line| {
-        let closed_loop = spectral.closed_loop(z)?;
-        let amplitude = closed_loop.torque_amplitude(line).unwrap_or(0.0);
-        let frequency = line.frequency;
-        Ok(TorqueLine {
-            frequency,
-            amplitude,
-        })
-    });
-    let effective = spectral.unknowns.seeks("effective_damping");
+    let (parameters, drive) = spectral.setting(z);
+    let line = match measured.lines.first() {
+        Some(line) => Some(TorqueLine {
+            frequency: line.frequency,
+            amplitude: spectral.closed_loop(z)?.torque_amplitude(line),
+        }),
+        None => None,
+    };
     let mut ride = Synthesis {
-        parameters: if effective {
-            candidate.damped()
-        } else {
-            candidate.parameters
-        },
+        parameters,
         formulation: spectral.formulation,
         input: Input {
-            speed: measured.speed,
+            speed: drive.speed,
             ..Input::default()
         },
-        excitation: candidate.excitation,
-        line: line.transpose()?,
+        excitation: Excitation {
+            remnant_intensity: drive.remnant_intensity,
+            remnant_corner: drive.remnant_corner,
+            ..Excitation::default()
+        },
+        line,
         duration: ridden.ride.duration(),
         rate: ridden.ride.rate(),
         noise: SensorNoise::NONE,
