@@ -31,11 +31,13 @@ use crate::error::{self, Error, Result};
 use crate::file;
 use crate::import::Import;
 use crate::map::{self, Map};
+use crate::plan::Ridden;
 use crate::ride::Ride;
 use crate::run::Source;
 use crate::unit::{self, Value};
 use bicycle::quantity::{HZ, KG, M, M_PER_S, S};
 use serde::{Deserialize, Serialize};
+use std::fmt;
 use std::path::Path;
 
 /// Rides with their bicycles and conditions.
@@ -73,6 +75,32 @@ pub struct Labels {
     pub speed: f64,
     /// Whatever else, as written; empty where nothing is.
     pub condition: String,
+}
+
+impl Entry {
+    /// The ride as a fit takes it: those of one rider, load, trail and condition are of one
+    /// condition.
+    pub fn ridden(&self) -> Ridden<'_> {
+        Ridden {
+            ride: &self.ride,
+            parameters: self.bicycle.parameters,
+            speed: self.bicycle.input.speed,
+            condition: self.labels.to_string(),
+        }
+    }
+}
+
+impl fmt::Display for Labels {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if !self.rider.is_empty() {
+            write!(f, "rider {}, ", self.rider)?;
+        }
+        write!(f, "load {} kg, trail {} m", self.load, self.trail)?;
+        if !self.condition.is_empty() {
+            write!(f, ", {}", self.condition)?;
+        }
+        Ok(())
+    }
 }
 
 /// What a file says, at its top and of each ride.

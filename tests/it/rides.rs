@@ -108,13 +108,14 @@ fn a_recorded_speed_drives_a_simulation() {
     );
 }
 
-/// What is known to be wrong in the recorded runs, and nothing else of its kind: standstill in five,
-/// a start glitch of −22 rad/s in the steer rate of two.
+/// What is wrong in the recorded runs: standstill in five; and four that begin before the steer
+/// encoder was heard, so that its angle stays at 0 for ten samples and its first difference is a
+/// glitch, −22 rad/s and −75 rad/s at worst (literature signs).
 #[test]
 fn the_flaws_of_recorded_rides_are_found_and_no_others() {
     let Some(data) = data() else { return };
     let folder = tempfile::tempdir().expect("a folder");
-    let mut found = Vec::new();
+    let (mut stands, mut glitches, mut dropouts) = (Vec::new(), Vec::new(), Vec::new());
     for entry in std::fs::read_dir(data.join("sbw-delft")).expect("the data set") {
         let path = entry.expect("an entry").path();
         let name = path
@@ -126,39 +127,45 @@ fn the_flaws_of_recorded_rides_are_found_and_no_others() {
             continue;
         }
         let call = format!("inspect {} --map sbw-delft --json", path.display());
-        let findings = json(folder.path(), &call)["findings"].clone();
-        for finding in findings.as_array().expect("findings") {
-            let kind = finding["kind"].as_str().expect("a kind");
-            let channel = finding["channel"].as_str().unwrap_or_default();
-            if kind == "glitch" {
-                assert_eq!(finding["count"], 1);
-                let value = finding["value"].as_f64().expect("rad/s");
-                // literature signs turned
-                assert!((value.abs() - 22.0).abs() < 0.5, "{finding}");
-                assert!(finding["at"]["rows"][0] == 2, "{finding}");
-            }
-            if ["glitch", "standstill", "dropout"].contains(&kind) {
-                found.push(format!("{name}: {kind} {channel}"));
+        let found = json(folder.path(), &call);
+        for finding in found["findings"].as_array().expect("findings") {
+            let number = |key: &str| finding[key].as_f64().expect("a number");
+            match finding["kind"].as_str().expect("a kind") {
+                "standstill" => stands.push(name.clone()),
+                "glitch" if finding["at"]["rows"][0] == 2 && finding["channel"] == "steer_rate" => {
+                    glitches.push((name.clone(), number("value")));
+                }
+                "dropout" if finding["channels"][0] == "steer" => {
+                    assert_eq!(finding["span"]["rows"], serde_json::json!([2, 11]));
+                    dropouts.push(name.clone());
+                }
+                _ => {}
             }
         }
     }
-    found.sort();
-    let glitches = ["bode_normal_4mps_2.6Hz", "eigen_mm_sil6.5n2_5.4kph"];
-    let stands = [
-        "bode_normal_4mps_1.2Hz",
-        "bode_normal_4mps_3.0Hz",
-        "eigen_normal_sil6.5n2_7.2kph",
+    for names in [&mut stands, &mut dropouts] {
+        names.sort();
+    }
+    glitches.sort_by(|a, b| a.0.cmp(&b.0));
+    assert_eq!(
+        stands,
+        [
+            "bode_normal_4mps_1.2Hz",
+            "bode_normal_4mps_2.6Hz",
+            "bode_normal_4mps_3.0Hz",
+            "eigen_mm_sil6.5n2_5.4kph",
+            "eigen_normal_sil6.5n2_7.2kph"
+        ]
+    );
+    let start = [
+        ("bode_normal_4mps_2.6Hz", 22.14),
+        ("eigen_mm_sil6.5n2_16.2kph", -1.5816),
+        ("eigen_mm_sil6.5n2_5.4kph", 75.053),
+        ("eigen_normal_sil6.5n2_7.2kph", -4.8882),
     ];
-    let mut expected: Vec<String> = glitches
-        .iter()
-        .map(|run| format!("{run}: glitch steer_rate"))
-        .chain(
-            glitches
-                .iter()
-                .chain(&stands)
-                .map(|run| format!("{run}: standstill ")),
-        )
-        .collect();
-    expected.sort();
-    assert_eq!(found, expected);
+    assert_eq!(
+        glitches,
+        start.map(|(name, value)| (name.to_owned(), value))
+    );
+    assert_eq!(dropouts, start.map(|(name, _)| name.to_owned()));
 }

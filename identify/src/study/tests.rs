@@ -41,6 +41,13 @@ fn what_stands_at_the_top_holds_where_a_ride_says_nothing() {
     assert_eq!(a.bicycle.parameters.wheelbase, 1.1);
     assert_eq!(b.bicycle.parameters.wheelbase, 1.2);
     assert_eq!(b.ride.channel("steer").unwrap(), [-1.0, -2.0, -3.0, -4.0]);
+    assert_eq!(
+        [a, b].map(|entry| entry.ridden().condition),
+        [
+            "rider 53kg,1.68m, load 10 kg, trail 0.13 m",
+            "load 0 kg, trail 0.085 m, gravel"
+        ]
+    );
     assert!(b.source.map.as_ref().unwrap().ends_with("m.toml"));
 }
 
