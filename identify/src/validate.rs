@@ -13,6 +13,7 @@ use crate::free::Variable;
 use crate::objective::whittle::Whittle;
 use crate::plan::{Plan, Ridden};
 use crate::problem::{Problem, Rides};
+use crate::progress::Watch;
 use crate::ride::Ride;
 use crate::run::Run;
 use crate::solver::Landscape;
@@ -159,7 +160,7 @@ fn weigh(run: &Run, fitted: &[Ride], rides: &[Ride], reading: Formulation) -> Re
         free.retain(|f| known(f.row.name));
     }
     plan.ties.retain(|tie| known(tie.leader.name));
-    let (problem, fit) = fit(&run.ridden(fitted)?, &plan, &|_| ())?;
+    let (problem, fit) = fit(&run.ridden(fitted)?, &plan, &Watch::default())?;
     let held_out = rides
         .iter()
         .map(|ride| held_out(&plan, &fit, ride, run))
@@ -201,7 +202,7 @@ pub fn criteria(problem: &Problem, fit: &Fit) -> Result<Criteria> {
         }
         Rides::Time(windows) => {
             let held: Vec<usize> = (0..z.len()).collect();
-            let outcome = problem.search(&z, &held)?.outcome;
+            let outcome = problem.search(&z, &held, &Watch::default())?.outcome;
             let clusters = windows.members.iter().map(|m| m.landscape.windows());
             Ok(Criteria::new(
                 outcome.cost,
@@ -231,7 +232,10 @@ fn held_out(plan: &Plan, fit: &Fit, ride: &Ride, run: &Run) -> Result<HeldOut> {
     let held: Vec<usize> = (0..start.len())
         .filter(|&i| !problem.variables[i].free.nuisance())
         .collect();
-    let point = problem.search(&start, &held)?.outcome.point;
+    let point = problem
+        .search(&start, &held, &Watch::default())?
+        .outcome
+        .point;
     let found = problem.values(&point);
     let renewed = (0..start.len()).filter(|i| !held.contains(i));
     let renewed = renewed.map(|i| Renewed {

@@ -13,6 +13,7 @@ use identify::fit::{Fit, fit};
 use identify::free::{Free, Scope};
 use identify::objective::Objective;
 use identify::plan::{Plan, Ridden};
+use identify::progress::Watch;
 use identify::ride::Ride;
 use identify::synthesis::{SensorNoise, Synthesis};
 use identify::trust::Solved;
@@ -212,7 +213,7 @@ fn trial(setup: &Setup, number: usize, rides: &[Ride]) -> Trial {
         ..Plan::default()
     };
     let ridden: Vec<Ridden> = rides.iter().map(|ride| plan.ridden(ride)).collect();
-    let (problem, fit) = fit(&ridden, &plan, &|_| ()).expect("a fit");
+    let (problem, fit) = fit(&ridden, &plan, &Watch::default()).expect("a fit");
     let z = problem.at(&fit.parameters.iter().map(|p| p.value).collect::<Vec<_>>());
     let profiles = (number < setup.profiled).then(|| {
         let solved = Solved::new(&problem, &z).expect("an optimum");

@@ -12,6 +12,7 @@ use crate::objective::spectral::Spectral;
 use crate::objective::time::Time;
 use crate::plan::{Plan, Ridden};
 use crate::problem::{Problem, Rides};
+use crate::progress::Watch;
 use crate::ride::Ride;
 use crate::synthesis::{SensorNoise, Synthesis, TorqueLine};
 use bicycle::{Excitation, Input};
@@ -211,7 +212,7 @@ impl<'a> Bootstrap<'a> {
             })
             .collect();
         let problem = Problem::new(&ridden, &self.plan)?;
-        let outcome = problem.search(&self.z, &[])?.outcome;
+        let outcome = problem.search(&self.z, &[], &Watch::default())?.outcome;
         let shared = outcome.point.rows(0, self.z.len());
         Ok(outcome.converged.then(|| shared.iter().copied().collect()))
     }

@@ -8,6 +8,7 @@ use crate::free::Free;
 use crate::objective::Objective;
 use crate::plan::{Plan, Ridden};
 use crate::problem::Problem;
+use crate::progress::Watch;
 use crate::ride::Ride;
 use crate::synthesis::Synthesis;
 use bicycle::Parameters;
@@ -45,7 +46,7 @@ fn plan(objective: Objective, free: &[&str]) -> Plan {
 }
 
 fn fitted(ridden: &[Ridden], plan: &Plan) -> (Problem, Fit) {
-    fit(ridden, plan, &|_| ()).unwrap()
+    fit(ridden, plan, &Watch::default()).unwrap()
 }
 
 fn solved<'a>(problem: &'a Problem, fit: &Fit) -> Solved<'a> {

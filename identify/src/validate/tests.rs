@@ -5,6 +5,7 @@ use crate::fit::fit;
 use crate::free::Free;
 use crate::objective::Objective;
 use crate::plan::Plan;
+use crate::progress::Watch;
 use crate::ride::Ride;
 use crate::run::{Recorded, Run, Source};
 use crate::synthesis::Synthesis;
@@ -44,7 +45,7 @@ fn run(ride: &Ride, objective: Objective, free: &[&str]) -> Run {
     };
     let ridden = plan.ridden(ride);
     let recorded = Recorded::new(Source::of(ride), "nominal", &ridden, &plan);
-    let (problem, fit) = fit(&[ridden], &plan, &|_| ()).unwrap();
+    let (problem, fit) = fit(&[ridden], &plan, &Watch::default()).unwrap();
     Run::new(vec![recorded], &plan, &problem, 1, fit)
 }
 
