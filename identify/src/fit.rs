@@ -2,6 +2,7 @@
 
 mod notes;
 
+use crate::effort::{Effort, Further, Work};
 use crate::error::Result;
 use crate::free::Free;
 use crate::objective::amplitude::Amplitude;
@@ -9,14 +10,12 @@ use crate::objective::time::{Replay, Time};
 use crate::objective::whittle::Whittle;
 use crate::objective::{Information, Objective};
 use crate::plan::{Plan, Ridden, left_alone};
-use crate::problem::{Found, Problem, Rides};
+use crate::problem::{Found, Problem, Rides, Spent};
 use crate::progress::{Event, Watch};
 use crate::solver::Landscape;
 use crate::verdict::{Estimate, Verdict, judge};
 use nalgebra::DVector;
 use serde::{Deserialize, Serialize};
-
-pub use crate::problem::Work;
 
 /// How one ride was explained.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -60,9 +59,12 @@ pub struct Fit {
     /// Whether it converged.
     pub converged: bool,
     /// The work it took.
-    pub work: Work,
+    pub work: Spent,
     /// What a reader should know: assumptions, warnings, implications.
     pub notes: Vec<String>,
+    /// What was asked besides: starts, population, profiles, bootstrap.
+    #[serde(flatten)]
+    pub further: Further,
 }
 
 impl Fit {
@@ -72,15 +74,22 @@ impl Fit {
     }
 }
 
-/// Fits `plan` to `rides`; `watch` is told how far it is and may stop it. The problem comes along,
+/// Fits `plan` to `rides` with some `effort`; `watch` is told how far it is and may stop it. The problem comes along,
 /// for what more is asked of it.
-pub fn fit(rides: &[Ridden], plan: &Plan, watch: &Watch) -> Result<(Problem, Fit)> {
+pub fn fit(
+    rides: &[Ridden],
+    plan: &Plan,
+    effort: &Effort,
+    watch: &Watch,
+) -> Result<(Problem, Fit)> {
     watch.tell(Event::Phase("reading the rides"));
     let problem = Problem::new(rides, plan)?;
     problem.check_influence()?;
-    watch.tell(Event::Phase("searching"));
-    let found = problem.search(&problem.start(), &[], watch)?;
-    let fit = judged(&problem, &found, plan)?;
+    let mut work = Work::new(&problem, rides, plan, effort, watch);
+    let found = work.search()?;
+    let mut fit = judged(&problem, &found, plan)?;
+    let shared = found.outcome.point.rows(0, problem.shared()).into_owned();
+    fit.further = work.further(&shared, &fit.parameters)?;
     Ok((problem, fit))
 }
 
@@ -131,6 +140,7 @@ pub fn judged(problem: &Problem, found: &Found, plan: &Plan) -> Result<Fit> {
         converged: outcome.converged,
         work: found.work(),
         notes,
+        further: Further::default(),
     })
 }
 

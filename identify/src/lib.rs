@@ -9,6 +9,7 @@ pub mod compare;
 pub mod cosim;
 pub mod course;
 mod csv;
+pub mod effort;
 pub mod error;
 pub mod figure;
 pub mod file;

@@ -18,7 +18,7 @@ use serde::{Deserialize, Serialize};
 
 /// The work a fit took.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Work {
+pub struct Spent {
     /// Iterations of the search.
     pub iterations: u64,
     /// Evaluations of the cost.
@@ -42,8 +42,8 @@ pub struct Found {
 
 impl Found {
     /// The work it took.
-    pub fn work(&self) -> Work {
-        Work {
+    pub fn work(&self) -> Spent {
+        Spent {
             iterations: self.outcome.iterations,
             cost_evaluations: self.outcome.cost_evaluations,
             failures: self.outcome.failures,

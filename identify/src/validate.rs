@@ -7,6 +7,7 @@ pub mod residual;
 pub mod spectrum;
 
 use crate::bicycles::formulation;
+use crate::effort::Effort;
 use crate::error::{Error, Result};
 use crate::fit::{Fit, fit};
 use crate::free::Variable;
@@ -160,7 +161,12 @@ fn weigh(run: &Run, fitted: &[Ride], rides: &[Ride], reading: Formulation) -> Re
         free.retain(|f| known(f.row.name));
     }
     plan.ties.retain(|tie| known(tie.leader.name));
-    let (problem, fit) = fit(&run.ridden(fitted)?, &plan, &Watch::default())?;
+    let (problem, fit) = fit(
+        &run.ridden(fitted)?,
+        &plan,
+        &Effort::default(),
+        &Watch::default(),
+    )?;
     let held_out = rides
         .iter()
         .map(|ride| held_out(&plan, &fit, ride, run))

@@ -9,6 +9,8 @@
 //! internal step of the fits' tables.
 
 use bicycle::{Excitation, Parameters};
+use identify::checkpoint::Journal;
+use identify::effort::Effort;
 use identify::fit::{Fit, fit};
 use identify::free::{Free, Scope};
 use identify::objective::Objective;
@@ -213,7 +215,7 @@ fn trial(setup: &Setup, number: usize, rides: &[Ride]) -> Trial {
         ..Plan::default()
     };
     let ridden: Vec<Ridden> = rides.iter().map(|ride| plan.ridden(ride)).collect();
-    let (problem, fit) = fit(&ridden, &plan, &Watch::default()).expect("a fit");
+    let (problem, fit) = fit(&ridden, &plan, &Effort::default(), &Watch::default()).expect("a fit");
     let z = problem.at(&fit.parameters.iter().map(|p| p.value).collect::<Vec<_>>());
     let profiles = (number < setup.profiled).then(|| {
         let solved = Solved::new(&problem, &z).expect("an optimum");
@@ -222,7 +224,8 @@ fn trial(setup: &Setup, number: usize, rides: &[Ride]) -> Trial {
     let resampled = (number < setup.resampled).then(|| {
         let seed = 1 + number as u64;
         let bootstrap = Bootstrap::new(&ridden, &plan, &problem, &z, seed).expect("a bootstrap");
-        bootstrap.run(JOBS, |_| None, |_, _| ())
+        let resampled = bootstrap.run(JOBS, &Journal::in_memory(), &Watch::default());
+        resampled.expect("no file is written")
     });
     Trial {
         fit,

@@ -5,6 +5,7 @@
 //! internal step of the fits' tables, other seeds and sensor noise.
 
 use bicycle::{Excitation, Formulation, Parameters};
+use identify::effort::Effort;
 use identify::fit::{Fit, fit};
 use identify::free::{ALL, Free};
 use identify::objective::Objective;
@@ -56,7 +57,13 @@ fn plan(objective: Objective) -> Plan {
 }
 
 fn run(ride: &Ride, plan: &Plan) -> Fit {
-    let (_, fit) = fit(&[plan.ridden(ride)], plan, &Watch::default()).expect("a fit");
+    let (_, fit) = fit(
+        &[plan.ridden(ride)],
+        plan,
+        &Effort::default(),
+        &Watch::default(),
+    )
+    .expect("a fit");
     assert!(fit.converged, "{}", fit.termination);
     fit
 }
@@ -244,9 +251,14 @@ fn a_whole_ride_cannot_be_replayed_and_the_eigenvalue_is_named() {
         torque_recorded: true,
         ..synthesis(0)
     });
-    let error = fit(&[plan.ridden(&recorded)], &plan, &Watch::default())
-        .map(drop)
-        .expect_err("the bicycle is unstable");
+    let error = fit(
+        &[plan.ridden(&recorded)],
+        &plan,
+        &Effort::default(),
+        &Watch::default(),
+    )
+    .map(drop)
+    .expect_err("the bicycle is unstable");
     assert_eq!(
         error.to_string(),
         "window: expected at most 0.54 s, found 1 s: the bicycle without its rider has the \

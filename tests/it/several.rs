@@ -1,6 +1,7 @@
 //! Several rides in one fit: what they share is known better, what each has of its own stays so.
 
 use bicycle::{Excitation, Parameters};
+use identify::effort::Effort;
 use identify::error::Error;
 use identify::fit::{Fit, fit};
 use identify::free::{Free, Scope, Tie};
@@ -46,7 +47,7 @@ fn plan() -> Plan {
 }
 
 fn fitted(rides: &[Ridden], plan: &Plan) -> Fit {
-    let (_, fit) = fit(rides, plan, &Watch::default()).expect("a fit");
+    let (_, fit) = fit(rides, plan, &Effort::default(), &Watch::default()).expect("a fit");
     assert!(fit.converged, "{}", fit.termination);
     fit
 }
@@ -180,7 +181,13 @@ fn a_tied_row_follows_and_bad_ties_are_refused() {
         ("camber_stiffness", "cornering_stiffness"),
     ] {
         let plan = tied(follower, leader);
-        let refused = fit(&[plan.ridden(&ride)], &plan, &Watch::default()).map(drop);
+        let refused = fit(
+            &[plan.ridden(&ride)],
+            &plan,
+            &Effort::default(),
+            &Watch::default(),
+        )
+        .map(drop);
         assert!(matches!(refused, Err(Error::Tie { .. })), "{refused:?}");
     }
 }
@@ -189,7 +196,7 @@ fn a_tied_row_follows_and_bad_ties_are_refused() {
 fn no_ride_and_the_same_ride_twice_are_refused() {
     let ride = ride(740, 1.2, 0.0);
     let plan = plan();
-    let none = fit(&[], &plan, &Watch::default()).map(drop);
+    let none = fit(&[], &plan, &Effort::default(), &Watch::default()).map(drop);
     assert!(matches!(none, Err(Error::NoRides)), "{none:?}");
     let twice = fit(
         &[plan.ridden(&ride), plan.ridden(&ride)],

@@ -1,10 +1,12 @@
 #![expect(clippy::unwrap_used, reason = "a failed step is a failed test")]
 use super::words::{Reading, scatter};
 use super::*;
+use crate::effort::Effort;
 use crate::figure::tests::check_well_formed;
-use crate::fit::{Work, fit};
+use crate::fit::fit;
 use crate::free::ALL;
 use crate::plan::Plan;
+use crate::problem::Spent;
 use crate::progress::Watch;
 use crate::run::{Recorded, Source};
 use crate::spectrum::{Line, Recipe};
@@ -25,7 +27,7 @@ fn ridden(synthesis: &Synthesis, plan: &Plan) -> (Run, Ride) {
         notes: vec!["resampled to 200 Hz".into()],
     };
     let rides = [plan.ridden(&ride)];
-    let (problem, fit) = fit(&rides, plan, &Watch::default()).unwrap();
+    let (problem, fit) = fit(&rides, plan, &Effort::default(), &Watch::default()).unwrap();
     let recorded = Recorded::new(source, "nominal", &rides[0], plan);
     (Run::new(vec![recorded], plan, &problem, 7, fit), ride)
 }
@@ -185,8 +187,9 @@ fn judged(objective: Objective, channels: &[&str], rows: &[(&str, Verdict)]) -> 
         explained: Vec::new(),
         termination: "stopped after 3 iterations".into(),
         converged: true,
-        work: Work::default(),
+        work: Spent::default(),
         notes: Vec::new(),
+        further: crate::effort::Further::default(),
     }
 }
 

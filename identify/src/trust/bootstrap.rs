@@ -7,12 +7,13 @@
 //! replacement, which asks nothing of the model's noise (ibid., §8.4).
 
 use super::profile::COVERAGE;
+use crate::checkpoint::Journal;
 use crate::error::{Error, Result};
 use crate::objective::spectral::Spectral;
 use crate::objective::time::Time;
 use crate::plan::{Plan, Ridden};
 use crate::problem::{Problem, Rides};
-use crate::progress::Watch;
+use crate::progress::{Event, Watch};
 use crate::ride::Ride;
 use crate::synthesis::{SensorNoise, Synthesis, TorqueLine};
 use bicycle::{Excitation, Input};
@@ -22,6 +23,7 @@ use rand_distr::{Distribution, StandardNormal};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
+use std::sync::atomic::{AtomicU64, Ordering};
 
 /// What a parameter's bootstrap estimates say of it.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -217,23 +219,27 @@ impl<'a> Bootstrap<'a> {
         Ok(outcome.converged.then(|| shared.iter().copied().collect()))
     }
 
-    /// Jobs 0 to `jobs`, on all cores; those that `known` has are not done again, and `done` is
-    /// told of each that is. A bootstrap of more jobs holds those of fewer.
-    pub fn run(
-        &self,
-        jobs: usize,
-        known: impl Fn(usize) -> Option<Draw> + Sync,
-        done: impl Fn(usize, &Draw) + Sync,
-    ) -> Resampled {
+    /// Jobs 0 to `jobs`, on all cores; what `journal` has is not done again, and what is done goes
+    /// there. A stop leaves out the jobs that had not begun. A bootstrap of more jobs holds those
+    /// of fewer.
+    pub fn run(&self, jobs: usize, journal: &Journal<Draw>, watch: &Watch) -> Result<Resampled> {
+        let done = AtomicU64::new(0);
         let job = |job: usize| {
-            known(job).unwrap_or_else(|| {
-                let draw = self.draw(job);
-                done(job, &draw);
-                draw
-            })
+            let draw = match journal.get(job as u64) {
+                Some(draw) => draw,
+                None if watch.stopped() => return Ok(None),
+                None => journal.put(job as u64, &self.draw(job))?,
+            };
+            watch.tell(Event::Done {
+                done: done.fetch_add(1, Ordering::Relaxed) + 1,
+                of: jobs as u64,
+                best: None,
+            });
+            Ok(Some(draw))
         };
-        let draws: Vec<Draw> = (0..jobs).into_par_iter().map(job).collect();
-        self.summary(&draws)
+        let draws: Vec<Option<Draw>> = (0..jobs).into_par_iter().map(job).collect::<Result<_>>()?;
+        let draws: Vec<Draw> = draws.into_iter().flatten().collect();
+        Ok(self.summary(&draws))
     }
 
     /// What `draws` say.

@@ -3,6 +3,8 @@
 use super::Solved;
 use super::bootstrap::{Bootstrap, Draw, Kind};
 use super::insensitivity::Rule;
+use crate::checkpoint::Journal;
+use crate::effort::Effort;
 use crate::fit::{Fit, fit};
 use crate::free::Free;
 use crate::objective::Objective;
@@ -12,7 +14,6 @@ use crate::progress::Watch;
 use crate::ride::Ride;
 use crate::synthesis::Synthesis;
 use bicycle::Parameters;
-use std::sync::Mutex;
 
 /// A rider on roll and roll rate alone, on the nominal bicycle.
 fn rider() -> Parameters {
@@ -46,7 +47,7 @@ fn plan(objective: Objective, free: &[&str]) -> Plan {
 }
 
 fn fitted(ridden: &[Ridden], plan: &Plan) -> (Problem, Fit) {
-    fit(ridden, plan, &Watch::default()).unwrap()
+    fit(ridden, plan, &Effort::default(), &Watch::default()).unwrap()
 }
 
 fn solved<'a>(problem: &'a Problem, fit: &Fit) -> Solved<'a> {
@@ -124,31 +125,29 @@ fn a_job_is_the_same_whenever_it_runs_and_known_ones_do_not_run_again() {
     let bootstrap = Bootstrap::new(&ridden, &plan, &problem, &z, 7).unwrap();
     assert_eq!(bootstrap.kind(), Kind::Rides);
 
-    let ran: Mutex<Vec<(usize, Draw)>> = Mutex::default();
-    let note = |job, draw: &Draw| ran.lock().unwrap().push((job, draw.clone()));
-    let whole = bootstrap.run(6, |_| None, note);
-    let mut first = ran.lock().unwrap().clone();
-    first.sort_by_key(|(job, _)| *job);
-    assert_eq!(first.len(), 6);
-    assert_eq!(first[4].1, bootstrap.draw(4));
-    assert_ne!(first[4].1, first[5].1);
+    let watch = Watch::default();
+    let journal = Journal::in_memory();
+    let whole = bootstrap.run(6, &journal, &watch).unwrap();
+    assert_eq!(journal.len(), 6);
+    assert_eq!(journal.get(4), Some(bootstrap.draw(4)));
+    assert_ne!(journal.get(4), journal.get(5));
 
     // stopped after three, resumed
-    ran.lock().unwrap().clear();
-    let known = |job: usize| {
-        first
-            .get(job)
-            .filter(|_| job < 3)
-            .map(|(_, draw)| draw.clone())
-    };
-    assert_eq!(bootstrap.run(6, known, note), whole);
-    let mut again: Vec<usize> = ran.lock().unwrap().iter().map(|(job, _)| *job).collect();
-    again.sort_unstable();
-    assert_eq!(again, [3, 4, 5]);
+    let half = Journal::in_memory();
+    for job in 0..3 {
+        half.put(job, &journal.get(job).unwrap()).unwrap();
+    }
+    assert_eq!(bootstrap.run(6, &half, &watch).unwrap(), whole);
 
-    // a failed job is counted and leaves the others
-    let failed = bootstrap.run(6, |job| known(job).map(|_| Draw { z: None }), |_, _| ());
-    assert_eq!((failed.jobs, failed.failed), (6, 3));
+    // a failed job is counted and leaves the others; a stop leaves out what had not begun
+    let failing = Journal::in_memory();
+    for job in 0..5 {
+        let draw = journal.get(job).filter(|_| job < 3);
+        failing.put(job, &draw.unwrap_or(Draw { z: None })).unwrap();
+    }
+    watch.stop();
+    let failed = bootstrap.run(6, &failing, &watch).unwrap();
+    assert_eq!((failed.jobs, failed.failed), (5, 2));
 }
 
 #[test]
@@ -163,7 +162,9 @@ fn windows_drawn_again_scatter_as_the_sandwich_says() {
     let z = solved(&problem, &fit).z;
     let bootstrap = Bootstrap::new(&ridden, &plan, &problem, &z, 1).unwrap();
     assert_eq!(bootstrap.kind(), Kind::Windows);
-    let resampled = bootstrap.run(24, |_| None, |_, _| ());
+    let resampled = bootstrap
+        .run(24, &Journal::in_memory(), &Watch::default())
+        .unwrap();
     assert_eq!(resampled.failed, 0);
     for (row, estimate) in resampled.parameters.iter().zip(&fit.parameters) {
         // a deviation from 24 draws scatters by 15 %, the sandwich of 24 windows by as much, and

@@ -1,6 +1,7 @@
 #![expect(clippy::unwrap_used, reason = "a failed step is a failed test")]
 
 use super::{HeldOut, formulations, validate};
+use crate::effort::Effort;
 use crate::fit::fit;
 use crate::free::Free;
 use crate::objective::Objective;
@@ -45,7 +46,7 @@ fn run(ride: &Ride, objective: Objective, free: &[&str]) -> Run {
     };
     let ridden = plan.ridden(ride);
     let recorded = Recorded::new(Source::of(ride), "nominal", &ridden, &plan);
-    let (problem, fit) = fit(&[ridden], &plan, &Watch::default()).unwrap();
+    let (problem, fit) = fit(&[ridden], &plan, &Effort::default(), &Watch::default()).unwrap();
     Run::new(vec![recorded], &plan, &problem, 1, fit)
 }
 

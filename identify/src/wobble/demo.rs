@@ -9,6 +9,7 @@ use anyhow::{Context, Result};
 use bicycle::{Excitation, cases};
 use clap::Args;
 use identify::bicycles::{Bicycle, Changes};
+use identify::effort::Effort;
 use identify::import::Import;
 use identify::plan::Plan;
 use identify::run::{Run, Source};
@@ -182,7 +183,16 @@ fn fit(ridden: &Ridden) -> Result<(Run, String)> {
         ..Plan::default()
     };
     let (rides, source) = ([plan.ridden(&ride)], Source::of(&ride));
-    let run = fitting::run(&rides, &plan, &ridden.bicycle.name, vec![source], 1000)?;
+    let effort = Effort {
+        seed: 1000,
+        ..Effort::default()
+    };
+    let run = fitting::run(
+        &rides,
+        &plan,
+        &effort,
+        vec![(source, ridden.bicycle.name.as_str())],
+    )?;
     let html = report::html(&run, std::slice::from_ref(&ride))?;
     Ok((run, html))
 }

@@ -9,6 +9,7 @@ use bicycle::Formulation;
 use bicycle::quantity::S;
 use clap::Args;
 use identify::bicycles::Bicycle;
+use identify::effort::Effort;
 use identify::error::{Error, Result as Typed};
 use identify::fit;
 use identify::free::{Free, Prior, Scale, Scope, Tie, all};
@@ -18,14 +19,18 @@ use identify::objective::Objective;
 use identify::plan::{self, Change, Plan, Ridden};
 use identify::ride::{Ride, quantity as channel_row};
 use identify::run::{Recorded, Run, Source};
+use identify::study::{Entry, Study};
 use identify::{file, report};
 use std::path::{Path, PathBuf};
 
 #[derive(Args)]
 pub struct Fit {
     /// Ride files, all of the same bicycle
-    #[arg(required = true)]
+    #[arg(required_unless_present = "study")]
     rides: Vec<PathBuf>,
+    /// Rides with their bicycles and conditions, TOML
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["rides", "map", "rate", "resample", "times"])]
+    study: Option<PathBuf>,
     #[command(flatten)]
     reading: RideArguments,
     /// The stretch of each ride to use, on its own clock
@@ -74,7 +79,10 @@ pub struct Fit {
     /// Most iterations of a search
     #[arg(long, default_value_t = 100)]
     max_iterations: u64,
-    /// Seed of the simulated ride in the report: another than that of any ride to be fitted
+    #[command(flatten)]
+    effort: EffortArguments,
+    /// Seed of whatever is random, the simulated ride in the report too: another than that of any
+    /// ride to be fitted
     #[arg(long, default_value_t = 1000)]
     seed: u64,
     /// Report to write besides, HTML
@@ -84,27 +92,59 @@ pub struct Fit {
     output: Output,
 }
 
+/// What is asked of a fit besides one search.
+#[derive(Args)]
+pub struct EffortArguments {
+    /// Search from so many Sobol points besides
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    starts: usize,
+    /// Search the whole box first, with so many evaluations of the cost
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    population: u64,
+    /// Profile every parameter
+    #[arg(long)]
+    profile: bool,
+    /// Fit data made again so many times
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    bootstrap: usize,
+    /// Leave out, one by one, parameters that the data can do without
+    #[arg(long)]
+    reduce: bool,
+    /// Write down what is finished of starts, population and bootstrap in FILE.starts and so on,
+    /// and go on from there if it was written before
+    #[arg(long, value_name = "FILE")]
+    resume: Option<PathBuf>,
+}
+
+impl EffortArguments {
+    fn effort(&self, seed: u64) -> Effort {
+        Effort {
+            starts: self.starts,
+            population: self.population,
+            profiles: self.profile,
+            bootstrap: self.bootstrap,
+            reduce: self.reduce,
+            seed,
+            resume: self.resume.clone(),
+        }
+    }
+}
+
+/// A ride as it was asked for: on whose bicycle, from where, under which condition.
+struct Asked {
+    ride: Ride,
+    bicycle: Bicycle,
+    source: Source,
+    condition: String,
+}
+
 impl Fit {
     pub fn run(&self) -> Result<()> {
-        let bicycle = self.bicycle.open()?;
-        let mut plan = self.plan(&bicycle)?;
-        let times = self
-            .times
-            .as_deref()
-            .map(|text| pair("--times", text, S))
-            .transpose()?;
-        let mut rides = Vec::new();
-        let mut sources = Vec::new();
-        for path in &self.rides {
-            let mut ride = self.reading.read(path)?;
-            if let Some((start, stop)) = times {
-                ride = ride.slice(start..stop)?;
-            }
-            ride.law_in_loop.get_or_insert(bicycle.law_in_loop);
-            sources.push(self.reading.source(&ride, times)?);
-            rides.push(ride);
-        }
-        let ridden: Vec<_> = rides.iter().map(|ride| plan.ridden(ride)).collect();
+        let asked = self.asked()?;
+        let mut plan = self.plan(&asked[0].bicycle)?;
+        check_formulation(&asked)?;
+        let rides: Vec<Ride> = asked.iter().map(|a| a.ride.clone()).collect();
+        let ridden: Vec<_> = asked.iter().map(Asked::ridden).collect();
         if !self.noise.is_empty() {
             let channels = plan::resolve(&ridden, &plan)?.channels;
             plan.noise = Some(noise_of(&self.noise, &channels)?);
@@ -112,7 +152,11 @@ impl Fit {
         if self.bicycle.sets("speed") && rides.iter().any(|ride| ride.has("speed")) {
             eprintln!("note: the ride records its speed; --set speed has no say in this fit");
         }
-        let run = run(&ridden, &plan, &bicycle.name, sources, self.seed)?;
+        let origins = asked
+            .iter()
+            .map(|a| (a.source.clone(), a.bicycle.name.as_str()));
+        let effort = self.effort.effort(self.seed);
+        let run = run(&ridden, &plan, &effort, origins.collect())?;
         if let Some(path) = &self.report {
             file::write(path, report::html(&run, &rides)?)?;
         }
@@ -121,6 +165,50 @@ impl Fit {
             self.output.text(&(run.to_json() + "\n"))?;
         }
         Ok(())
+    }
+
+    /// The rides named, or those of the study.
+    fn asked(&self) -> Result<Vec<Asked>> {
+        if let Some(path) = &self.study {
+            let study = Study::read(path)?;
+            let asked = study.rides.into_iter().map(|entry| {
+                let condition = entry.labels.to_string();
+                let Entry {
+                    mut ride,
+                    bicycle,
+                    source,
+                    ..
+                } = entry;
+                ride.law_in_loop.get_or_insert(bicycle.law_in_loop);
+                Asked {
+                    ride,
+                    bicycle,
+                    source,
+                    condition,
+                }
+            });
+            return Ok(asked.collect());
+        }
+        let bicycle = self.bicycle.open()?;
+        let times = self
+            .times
+            .as_deref()
+            .map(|text| pair("--times", text, S))
+            .transpose()?;
+        let one = |path: &PathBuf| {
+            let mut ride = self.reading.read(path)?;
+            if let Some((start, stop)) = times {
+                ride = ride.slice(start..stop)?;
+            }
+            ride.law_in_loop.get_or_insert(bicycle.law_in_loop);
+            Ok(Asked {
+                source: self.reading.source(&ride, times)?,
+                ride,
+                bicycle: bicycle.clone(),
+                condition: String::new(),
+            })
+        };
+        self.rides.iter().map(one).collect()
     }
 
     fn plan(&self, bicycle: &Bicycle) -> Result<Plan> {
@@ -268,21 +356,57 @@ fn names<T>(
     given.iter().map(one).collect::<Typed<Vec<T>>>().map(Some)
 }
 
-/// Fits rides of the bicycle called `bicycle` and puts the fit on record.
+impl Asked {
+    fn ridden(&self) -> Ridden<'_> {
+        Ridden {
+            ride: &self.ride,
+            parameters: self.bicycle.parameters,
+            speed: self.bicycle.input.speed,
+            condition: self.condition.clone(),
+        }
+    }
+}
+
+/// Rides of one fit are read by the same equations.
+fn check_formulation(asked: &[Asked]) -> Typed<()> {
+    let first = asked[0].bicycle.formulation;
+    let other = asked.iter().find(|a| a.bicycle.formulation != first);
+    other.map_or(Ok(()), |other| {
+        Err(Error::Form {
+            expected: "one formulation for all rides",
+            found: format!(
+                "{} for {}, {} for {}",
+                first.name(),
+                asked[0].ride.name(),
+                other.bicycle.formulation.name(),
+                other.ride.name()
+            ),
+        })
+    })
+}
+
+/// Fits rides and puts the fit on record; of each ride where it came from and the name of its
+/// bicycle.
 pub fn run(
     rides: &[Ridden],
     plan: &Plan,
-    bicycle: &str,
-    sources: Vec<Source>,
-    seed: u64,
+    effort: &Effort,
+    origins: Vec<(Source, &str)>,
 ) -> Result<Run> {
     let progress = Progress::new();
     let names: Vec<String> = rides.iter().map(|ridden| ridden.ride.name()).collect();
-    let (problem, fit) = fit::fit(rides, plan, &progress.watch())
+    let (problem, fit) = fit::fit(rides, plan, effort, &progress.watch())
         .with_context(|| format!("fit of {}", names.join(", ")))?;
-    let recorded = sources.into_iter().zip(rides);
-    let recorded = recorded.map(|(source, ridden)| Recorded::new(source, bicycle, ridden, plan));
-    Ok(Run::new(recorded.collect(), plan, &problem, seed, fit))
+    let recorded = origins.into_iter().zip(rides);
+    let recorded =
+        recorded.map(|((source, bicycle), ridden)| Recorded::new(source, bicycle, ridden, plan));
+    Ok(Run::new(
+        recorded.collect(),
+        plan,
+        &problem,
+        effort.seed,
+        fit,
+    ))
 }
 
 #[derive(Args)]
