@@ -48,6 +48,23 @@ pub trait Pack: Real + Send + Sync + 'static {
 
     /// Whether every magnitude is below `limit`; false where a number is none.
     fn all_small(self, limit: f64) -> bool;
+
+    /// 1/√x within 3.5 %, of positive numbers: where an iteration for it starts (Lomont 2003).
+    #[must_use]
+    fn rough_reciprocal_root(self) -> Self;
+
+    /// Sine and cosine where every magnitude is below π/4.
+    fn sin_cos_small(self) -> (Self, Self);
+
+    /// Arctangent where every magnitude is below 7/16.
+    #[must_use]
+    fn atan_small(self) -> Self;
+}
+
+/// Half the exponent, negated, and a straight line for the root of the mantissa.
+#[inline(always)]
+fn rough_reciprocal_root(x: f64) -> f64 {
+    f64::from_bits(0x5FE6_EB50_C7B5_37A9 - (x.to_bits() >> 1))
 }
 
 impl Pack for f64 {
@@ -64,6 +81,15 @@ impl Pack for f64 {
     }
     fn all_small(self, limit: f64) -> bool {
         self.abs() < limit
+    }
+    fn rough_reciprocal_root(self) -> Self {
+        rough_reciprocal_root(self)
+    }
+    fn sin_cos_small(self) -> (Self, Self) {
+        self.sin_cos()
+    }
+    fn atan_small(self) -> Self {
+        self.atan()
     }
 }
 
@@ -85,7 +111,23 @@ impl<const N: usize> Pack for Lanes<N> {
     #[inline(always)]
     fn all_small(self, limit: f64) -> bool {
         // no early end: a comparison of all at once
-        self.0.iter().fold(true, |all, x| all & (x.abs() < limit))
+        let mut all = true;
+        for x in &self.0 {
+            all &= x.abs() < limit;
+        }
+        all
+    }
+    #[inline(always)]
+    fn rough_reciprocal_root(self) -> Self {
+        each!(i => rough_reciprocal_root(self.0[i]))
+    }
+    #[inline(always)]
+    fn sin_cos_small(self) -> (Self, Self) {
+        sin_cos_small(self)
+    }
+    #[inline(always)]
+    fn atan_small(self) -> Self {
+        atan_small(self)
     }
 }
 

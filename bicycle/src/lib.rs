@@ -24,6 +24,7 @@
     reason = "lanes become vector instructions only where all is inlined into one function"
 )]
 
+pub mod batch;
 pub mod cases;
 pub mod course;
 pub mod dynamics;

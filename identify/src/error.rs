@@ -332,6 +332,17 @@ pub enum Error {
     /// A bicycle that cannot be simulated or linearised with these parameters.
     #[error("{0}")]
     Refused(#[from] bicycle::simulate::Refusal),
+    /// A batch of rides that cannot be simulated.
+    #[error("{0}")]
+    Unfit(#[from] bicycle::batch::Unfit),
+    /// A torque that ends before the ride.
+    #[error("torque: expected {expected} samples or more, found {found}")]
+    TorqueTooShort {
+        /// Samples of the ride.
+        expected: usize,
+        /// Samples of the torque.
+        found: usize,
+    },
     /// A communication step that does not go with a participant's own.
     #[error(
         "step: expected {own} s, the step of {member}, to be a multiple of the communication step or \

@@ -1,7 +1,13 @@
 //! Rides in; parameters with their uncertainty and a report out.
 #![deny(unsafe_code)]
+#![allow(
+    clippy::inline_always,
+    reason = "lanes become vector instructions only where all is inlined into one function"
+)]
 
 pub mod assist;
+pub mod batch;
+pub mod bench;
 pub mod bicycles;
 pub mod checkpoint;
 pub mod closed_loop;

@@ -222,6 +222,36 @@ impl Analysis {
         self.bins.iter().map(|&k| all[k]).collect()
     }
 
+    /// What each sample adds to each coefficient, real and imaginary part, sample after sample:
+    /// residual, taper and transform are linear, so [`Self::coefficients`] is a product with these.
+    pub fn weights(&self) -> Vec<[f64; 2]> {
+        let (n, bins) = (self.samples, self.bins.len());
+        let (before, after) = (self.window / 2, (self.window - 1) / 2);
+        let scale = (self.step / n as f64).sqrt();
+        let mut weights = vec![[0.0; 2]; n * bins];
+        for (b, &bin) in self.bins.iter().enumerate() {
+            // the moving average turned round: what sample i takes off reaches over its window
+            let mut starts = vec![Complex::new(0.0, 0.0); n + 1];
+            let turn = |i: usize| {
+                let angle = -TAU * (i * bin % n) as f64 / n as f64;
+                Complex::from_polar(self.taper[i] * scale, angle)
+            };
+            for i in 0..n {
+                let (low, high) = (i.saturating_sub(before), (i + after + 1).min(n));
+                let share = turn(i) / (high - low) as f64;
+                starts[low] += share;
+                starts[high] -= share;
+            }
+            let mut taken = Complex::new(0.0, 0.0);
+            for (i, start) in starts[..n].iter().enumerate() {
+                taken += start;
+                let weight = turn(i) - taken;
+                weights[i * bins + b] = [weight.re, weight.im];
+            }
+        }
+        weights
+    }
+
     /// From a magnitude [unit/√Hz] to the amplitude of a sine [unit] on that bin: the one-sided
     /// amplitude spectrum.
     pub fn to_amplitude(&self) -> f64 {

@@ -4,6 +4,7 @@
 //! that failed, 2 a call that was wrong.
 
 mod arguments;
+mod bench;
 mod cases;
 mod cosim;
 mod course;
@@ -64,6 +65,8 @@ enum Command {
     Cosim(cosim::Cosim),
     /// Pack the bicycle, or any model, as an FMU
     Fmu(fmu::Fmu),
+    /// How fast this machine simulates and fits, and with what error
+    Bench(bench::Bench),
 }
 
 fn main() -> ExitCode {
@@ -86,6 +89,7 @@ fn main() -> ExitCode {
         Command::Report(command) => command.run(),
         Command::Cosim(command) => command.run(),
         Command::Fmu(command) => command.run(),
+        Command::Bench(command) => command.run(),
     };
     match outcome {
         Ok(()) => ExitCode::SUCCESS,
