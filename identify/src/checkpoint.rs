@@ -15,6 +15,7 @@ use std::io::{ErrorKind, Read as _, Seek as _, SeekFrom, Write as _};
 use std::marker::PhantomData;
 use std::path::Path;
 use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
 
 /// The first line of a journal.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
@@ -83,13 +84,7 @@ impl<J: Serialize + DeserializeOwned> Journal<J> {
             .truncate(false)
             .open(path)
             .map_err(write)?;
-        match file.try_lock() {
-            Ok(()) => {}
-            Err(TryLockError::WouldBlock) => return Err(Error::JournalInUse { file: name }),
-            // a file system without locks cannot keep others out
-            Err(TryLockError::Error(cause)) if cause.kind() == ErrorKind::Unsupported => {}
-            Err(TryLockError::Error(cause)) => return Err(read(cause)),
-        }
+        lock(&file, &name)?;
         let mut bytes = Vec::new();
         file.read_to_end(&mut bytes).map_err(read)?;
         let line = serde_json::to_string(&expected).expect("three texts") + "\n";
@@ -173,6 +168,31 @@ impl<J: Serialize + DeserializeOwned> Journal<J> {
         inner.done.insert(job, text);
         Ok(read)
     }
+}
+
+/// Keeps other processes out of `file` while it is open here.
+fn lock(file: &File, name: &str) -> Result<()> {
+    // a process that this one is starting holds the lock of a file just closed until it has
+    // become another program, which takes it milliseconds
+    const TRIES: usize = 50;
+    const PAUSE: Duration = Duration::from_millis(5);
+    for _ in 0..TRIES {
+        match file.try_lock() {
+            Ok(()) => return Ok(()),
+            Err(TryLockError::WouldBlock) => std::thread::sleep(PAUSE),
+            // a file system without locks cannot keep others out
+            Err(TryLockError::Error(cause)) if cause.kind() == ErrorKind::Unsupported => {
+                return Ok(());
+            }
+            Err(TryLockError::Error(cause)) => {
+                return Err(Error::Read {
+                    file: name.into(),
+                    cause,
+                });
+            }
+        }
+    }
+    Err(Error::JournalInUse { file: name.into() })
 }
 
 impl Header {

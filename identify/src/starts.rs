@@ -107,7 +107,7 @@ mod tests {
         let first = |seed| -> Vec<_> { sobol(&limits, seed).take(4).collect() };
         assert_eq!(first(1), first(1));
         assert_ne!(first(1), first(2));
-        assert_ne!(first(1), first(1 << 32), "the seed's upper half counts");
+        assert_ne!(first(0), first(1 << 32), "the seed's upper half counts");
         let cube = |seed| latin_hypercube(&limits, 4, seed);
         assert_eq!(cube(1), cube(1));
         assert_ne!(cube(1), cube(2));

@@ -75,8 +75,8 @@ fn a_file_cut_at_any_byte_loses_its_last_line_at_most_and_goes_on() {
     for length in 0..whole.len() {
         std::fs::write(&path, &whole[..length]).unwrap();
         let journal = open(&path).unwrap();
-        let lines = whole[..length].iter().filter(|&&b| b == b'\n').count();
-        assert_eq!(sound(&journal), lines.saturating_sub(1), "{length} bytes");
+        let lines = whole[..length].split(|&b| b == b'\n').count();
+        assert_eq!(sound(&journal), lines.saturating_sub(2), "{length} bytes");
         for job in [3, 0, 4, 1, 2] {
             if journal.get(job).is_none() {
                 journal.put(job, &result(job)).unwrap();

@@ -131,14 +131,13 @@ impl Descent {
         let c_mu = (1.0 - c_1).min(2.0 * (mass - 2.0 + 1.0 / mass) / ((n + 2.0).powi(2) + mass));
         let normal = n.sqrt() * (1.0 - 1.0 / (4.0 * n) + 1.0 / (21.0 * n * n));
 
-        let weighted = |pick: fn(&(DVector<f64>, DVector<f64>)) -> &DVector<f64>| {
-            let sum = DVector::zeros(self.mean.len());
-            steps
-                .iter()
-                .zip(&weights)
-                .fold(sum, |sum, (s, w)| sum + pick(s) * *w)
-        };
-        let (z, y) = (weighted(|s| &s.0), weighted(|s| &s.1));
+        let zero = DVector::zeros(self.mean.len());
+        let (z, y) = steps
+            .iter()
+            .zip(&weights)
+            .fold((zero.clone(), zero), |(sum_z, sum_y), ((z, y), w)| {
+                (sum_z + *w * z, sum_y + *w * y)
+            });
         let mean = DVector::from_column_slice(&self.mean) + self.deviation * &y; // (42)
         let conjugate_path = (1.0 - c_sigma) * DVector::from_column_slice(&self.conjugate_path)
             + (c_sigma * (2.0 - c_sigma) * mass).sqrt() * (turn * z); // (43)

@@ -83,6 +83,8 @@ struct LevenbergMarquardt<'a> {
     tolerance: f64,
     watch: Watch,
     failures: u64,
+    /// Whether the last step that was too long had no cost at its end.
+    cliff: bool,
     end: Option<End>,
 }
 
@@ -153,18 +155,28 @@ impl<'a, L: Landscape> Solver<Walk<'a, L>, Here<Quadratic>> for LevenbergMarquar
         };
         let (low, high) = self.room(&point);
         let tolerance = self.tolerance.max(ROUGH * cost.abs());
-        let promise = model
+        let last = model
             .step(self.damping.min(JUDGED), &low, &high)
-            .map(|step| model.fall(&step));
-        if promise.is_some_and(|fall| fall < tolerance) {
+            .filter(|step| model.fall(step) < tolerance);
+        if let Some(step) = last {
+            // it promises little, but the point moves with the root of that
             self.end = Some(End::Converged);
+            let next = self.moved(&point, &step);
+            if next != point {
+                let found = problem.cost(&next)?;
+                if found < cost && found.is_finite() {
+                    return Ok((state.param(next).cost(found), None));
+                }
+            }
             return Ok((state.param(point).cost(cost), None));
         }
-        let mut end = End::Stalled;
         while self.damping < UTTER {
             if let Some(step) = model.step(self.damping, &low, &high) {
                 let expected = model.fall(&step);
                 let next = self.moved(&point, &step);
+                if next == point {
+                    break;
+                }
                 let found = problem.cost(&next)?;
                 if found < cost && found.is_finite() {
                     let ratio = ((cost - found) / expected).clamp(0.0, 1.0);
@@ -172,20 +184,13 @@ impl<'a, L: Landscape> Solver<Walk<'a, L>, Here<Quadratic>> for LevenbergMarquar
                     self.growth = 2.0;
                     return Ok((state.param(next).cost(found), None));
                 }
-                if found.is_finite() {
-                    end = End::Stalled;
-                } else {
-                    self.failures += 1;
-                    end = End::Cliff;
-                }
-                if next == point {
-                    break;
-                }
+                self.cliff = !found.is_finite();
+                self.failures += u64::from(self.cliff);
             }
             self.damping *= self.growth;
             self.growth *= 2.0;
         }
-        self.end = Some(end);
+        self.end = Some(if self.cliff { End::Cliff } else { End::Stalled });
         Ok((state.param(point).cost(cost), None))
     }
 
@@ -231,6 +236,7 @@ pub fn minimise<L: Landscape>(
         tolerance: search.tolerance,
         watch: search.watch.clone(),
         failures: 0,
+        cliff: false,
         end: None,
     };
     let observer = Observer {

@@ -51,7 +51,8 @@ impl Quadratic {
             solved: Vec::with_capacity(self.blocks.len()),
         };
         for block in &self.blocks {
-            let factor = damped(&block.curvature, damping).cholesky()?;
+            let factor =
+                damped(&block.curvature, &block.curvature.diagonal(), damping).cholesky()?;
             let (cross, gradient) = (factor.solve(&block.cross), factor.solve(&block.gradient));
             let eliminated = block.cross.transpose() * &gradient;
             reduced.curvature -= block.cross.transpose() * &cross;
@@ -73,7 +74,7 @@ impl Quadratic {
         high: &DVector<f64>,
     ) -> Option<DVector<f64>> {
         let reduced = self.reduce(damping)?;
-        let curvature = damped(&reduced.curvature, damping);
+        let curvature = damped(&reduced.curvature, &self.curvature.diagonal(), damping);
         let mut shared = DVector::zeros(low.len());
         let mut open: Vec<usize> = (0..low.len()).filter(|&i| low[i] < high[i]).collect();
         while !open.is_empty() {
@@ -125,13 +126,15 @@ impl Quadratic {
     }
 }
 
-/// `matrix` with its diagonal increased by `damping` of itself; an empty diagonal entry, a
-/// variable without influence here, becomes the damping of the largest.
-fn damped(matrix: &DMatrix<f64>, damping: f64) -> DMatrix<f64> {
+/// `matrix`, what elimination left of one with the diagonal `before`, with its diagonal increased by
+/// `damping` of itself. An entry that is but the rounding of the elimination counts as 1e-12 of what
+/// it was; one that was empty, a variable without influence here, as the largest.
+fn damped(matrix: &DMatrix<f64>, before: &DVector<f64>, damping: f64) -> DMatrix<f64> {
     let mut sum = matrix.clone();
-    let floor = 1e-12 * matrix.diagonal().amax();
+    let largest = before.amax();
     for i in 0..matrix.nrows() {
-        sum[(i, i)] += damping * matrix[(i, i)].max(floor) + f64::MIN_POSITIVE;
+        let own = if before[i] > 0.0 { before[i] } else { largest };
+        sum[(i, i)] += damping * matrix[(i, i)].max(1e-12 * own) + f64::MIN_POSITIVE;
     }
     sum
 }

@@ -4,7 +4,7 @@
 use super::*;
 use nalgebra::DMatrix;
 
-/// Least squares of a residual, its slope by central differences of a 1e-6th of each variable.
+/// Least squares of a residual, its slope by central differences over a 1e-6th of each variable.
 pub(super) struct Least<F = fn(&[f64]) -> Vec<f64>>(pub F);
 
 impl<F: Fn(&[f64]) -> Vec<f64> + Sync> Landscape for Least<F> {
@@ -16,7 +16,7 @@ impl<F: Fn(&[f64]) -> Vec<f64> + Sync> Landscape for Least<F> {
         let residual = DVector::from_vec((self.0)(z.as_slice()));
         let mut jacobian = DMatrix::zeros(residual.len(), z.len());
         for j in 0..z.len() {
-            let h = 1e-6 * z[j].abs().max(1e-6);
+            let h = if z[j] == 0.0 { 1e-9 } else { 1e-6 * z[j].abs() };
             let at = |h: f64| {
                 let mut z = z.clone();
                 z[j] += h;
