@@ -263,7 +263,7 @@ impl Loads {
     pub fn table(&self) -> String {
         use std::fmt::Write as _;
         let mut text = format!(
-            "{:34} {:13} {:9} {:>10} {:>10}  {:>5}  95 % interval  verdict\n",
+            "{:34} {:15} {:9} {:>10} {:>10}  {:>5}  95 % interval  verdict\n",
             "rider and load", "", "band [Hz]", "without", "with", "ratio"
         );
         for cell in &self.cells {
@@ -280,7 +280,7 @@ impl Loads {
             {
                 let _ = writeln!(
                     text,
-                    "{down:34} {across:13} {:9} {:>10.6} {:>10.6}  {ratio:>5.2}  {:>5.2}–{:<6.2}  {verdict}",
+                    "{down:34} {across:15} {:9} {:>10.6} {:>10.6}  {ratio:>5.2}  {:>5.2}–{:<6.2}  {verdict}",
                     format!("{low}–{high}"),
                     without.rms,
                     with.rms,

@@ -33,7 +33,7 @@ pub fn assist(study: &Study) -> String {
     multiples(&entries, (&down, &across), |panel, place| {
         let down = &down[place.down];
         let row = across.iter().filter_map(|across| study.at(down, across));
-        let amplitudes = row.flat_map(|worth| curves(worth));
+        let amplitudes = row.flat_map(curves);
         let amplitudes = amplitudes.flat_map(|(amplitude, _)| amplitude.iter().copied());
         // room above for the words
         let y = 0.0..1.3 * factor * range(amplitudes.chain([0.0])).end;

@@ -61,9 +61,8 @@ pub fn loads(found: &Loads) -> String {
             let corners = [(line - 0.02, 0.0), (line + 0.02, y.end)];
             chart.draw_series([Rectangle::new(corners, GREY.mix(0.2).filled())])?;
         }
-        let sides: [(fn(&Shift) -> Level, RGBColor); 2] =
-            [(|shift| shift.without, BLACK), (|shift| shift.with, BLUE)];
-        for (side, colour) in sides {
+        for (is_with, colour) in [(false, BLACK), (true, BLUE)] {
+            let side = |s: &Shift| if is_with { s.with } else { s.without };
             let at = |value: fn(&Level) -> f64| {
                 let point = move |shift: &Shift| (middle(shift), factor * value(&side(shift)));
                 cell.slices.iter().map(point)

@@ -6,6 +6,7 @@ use crate::output::Output;
 use anyhow::Result;
 use clap::Args;
 use identify::compare::{self, Amplitudes, BandRow};
+use identify::error::Error;
 use identify::inspect;
 use identify::ride::Ride;
 use identify::study::Study;
@@ -33,6 +34,12 @@ pub struct Inspect {
 impl Inspect {
     pub fn run(&self) -> Result<()> {
         if foreign::is_fmu(&self.ride) {
+            if let Some(path) = self.html.as_ref().or(self.figure.as_ref()) {
+                let found = self.ride.display().to_string();
+                let expected = "a ride file to draw";
+                let form = Error::Form { expected, found };
+                return Err(form.typed(path.display().to_string()).into());
+            }
             return foreign::inspect(&self.ride, &self.output);
         }
         let ride = self.reading.read_bridging_gaps(&self.ride)?;
@@ -133,7 +140,13 @@ impl Compare {
     pub fn run(&self) -> Result<()> {
         let recipe = self.recipe.recipe()?;
         if let Some(path) = &self.study {
-            let found = compare::loads(&Study::read(path)?.rides, &self.channel, &recipe)?;
+            let study = Study::read(path)?;
+            for entry in &study.rides {
+                for note in entry.ride.notes.iter().chain(&entry.bicycle.notes) {
+                    eprintln!("note: {}: {note}", entry.ride.name());
+                }
+            }
+            let found = compare::loads(&study.rides, &self.channel, &recipe)?;
             for note in &found.notes {
                 eprintln!("note: {note}");
             }
