@@ -170,27 +170,35 @@ fn dropout(
 /// The channels whose spectra are looked at for lines.
 const SPECTRAL: [&str; 4] = ["steer", "roll_rate", "yaw_rate", "steer_torque"];
 
-/// Lines of the spectra, each of the first channel that shows it; none of a ride too short for one.
+/// Lines this close to a stronger one are that one's [Hz]: a sine kept by hand is no sharp line.
+const ONE_LINE: f64 = 0.3;
+
+/// Lines of the spectra, each of the first channel that shows it, the strongest first; none of a
+/// ride too short for one.
 fn lines(ride: &Ride) -> Vec<Finding> {
     let Ok(analysis) = Analysis::new(&Recipe::default(), ride.step(), ride.len()) else {
         return Vec::new();
     };
+    let speed = ride.has(SPEED).then(|| ride.mean_speed(0.0));
     let mut found: Vec<(f64, Finding)> = Vec::new();
     for name in SPECTRAL {
         let (Ok(x), Ok(row)) = (ride.signal(name), crate::ride::quantity(name)) else {
             continue;
         };
-        for frequency in analysis.standing_lines(x) {
-            let is_near =
-                |(known, _): &(f64, Finding)| (known - frequency).abs() * ride.duration() <= 3.0;
-            if found.iter().any(is_near) {
+        let sine = |frequency: f64| (analysis.line_amplitude(x, frequency), frequency);
+        let mut sines: Vec<_> = analysis.standing_lines(x).into_iter().map(sine).collect();
+        sines.sort_by(|a, b| b.0.total_cmp(&a.0));
+        for (amplitude, frequency) in sines {
+            if found
+                .iter()
+                .any(|(known, _)| (known - frequency).abs() < ONE_LINE)
+            {
                 continue;
             }
-            let speed = ride.has(SPEED).then(|| ride.mean_speed(0.0));
             let line = Finding::Line {
                 channel: row.name,
                 frequency,
-                amplitude: analysis.line_amplitude(x, frequency),
+                amplitude,
                 unit: row.unit.symbol,
                 // two cones a period
                 cones: speed.map(|speed| speed / (2.0 * frequency)),
