@@ -6,7 +6,7 @@
 //! *Random Vibration and Statistical Linearization*, ch. 5.
 
 mod expected;
-mod gains;
+pub(crate) mod gains;
 mod response;
 mod stationary;
 

@@ -370,13 +370,14 @@ pub enum Error {
     /// Windows too long for an unstable bicycle.
     #[error(
         "window: expected at most {limit:.2} s, found {window} s: the bicycle without its rider \
-         has the eigenvalue {re:+.2} ± {im:.2}i 1/s, and errors of the start grow by e^1.5 in that time"
+         has the eigenvalue {re:+.2} ± {im:.2}i 1/s, and errors of the start grow by e^{exponent} in that time"
     )]
     WindowTooLong {
         window: f64,
         limit: f64,
         re: f64,
         im: f64,
+        exponent: f64,
     },
     /// Windows too short, or too few of them.
     #[error(
@@ -392,6 +393,23 @@ pub enum Error {
         found: usize,
         /// Number of free parameters.
         free: usize,
+    },
+    /// Two windows that share samples, which would be counted twice.
+    #[error(
+        "{ride}: expected windows that do not overlap, found {} to {} s and {} to {} s",
+        first.0, first.1, second.0, second.1
+    )]
+    Overlapping {
+        ride: String,
+        first: (f64, f64),
+        second: (f64, f64),
+    },
+    /// A file of windows that is not what it should be.
+    #[error("{file}, row {row}: {cause}")]
+    WindowFile {
+        file: String,
+        row: u64,
+        cause: String,
     },
     /// A free parameter that changes nothing.
     #[error(

@@ -12,7 +12,6 @@ use crate::objective::{Information, Objective};
 use crate::plan::{Plan, Ridden, left_alone};
 use crate::problem::{Found, Problem, Rides, Spent};
 use crate::progress::{Event, Watch};
-use crate::solver::Landscape;
 use crate::verdict::{Estimate, Verdict, judge};
 use nalgebra::DVector;
 use serde::{Deserialize, Serialize};
@@ -171,7 +170,7 @@ fn explained(problem: &Problem, z: &DVector<f64>) -> Result<Vec<Explained>> {
             ride: String::new(),
             noise: ride.noise.clone(),
             observations,
-            misfit: 2.0 * ride.cost(z) / observations as f64,
+            misfit: ride.misfit(z)?,
             steer_rate_deviation: None,
             replays: ride.replays(z)?,
         })

@@ -12,7 +12,8 @@ pub use page::html;
 use crate::ride::{Ride, SPEED};
 use crate::spectrum::{Analysis, Recipe};
 use serde::Serialize;
-use signs::{clipped, drift, dropouts, freezes, glitches, quantum};
+pub(crate) use signs::glitches;
+use signs::{clipped, drift, dropouts, freezes, quantum};
 
 /// What `wobble inspect` reports.
 #[derive(Debug, Clone, PartialEq, Serialize)]

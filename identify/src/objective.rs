@@ -1,6 +1,8 @@
 //! What a fit makes small: three objectives over one kind of problem.
 
 pub mod amplitude;
+pub mod free_response;
+pub mod frf;
 pub mod spectral;
 pub mod time;
 pub mod together;

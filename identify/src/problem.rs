@@ -5,7 +5,7 @@ use crate::error::{Error, Result};
 use crate::free::{Candidate, Free, Variable};
 use crate::objective::amplitude::Amplitude;
 use crate::objective::spectral::{Measured, Spectral};
-use crate::objective::time::Time;
+use crate::objective::time::{self, Time};
 use crate::objective::together::{Member, Together};
 use crate::objective::whittle::Whittle;
 use crate::objective::{Information, Objective};
@@ -198,7 +198,18 @@ impl Problem {
             }
             Rides::Whittle(spectra) => minimise(spectra, start.clone(), &search(SPECTRAL))?,
             Rides::Time(windows) => {
-                minimise(windows, with_blocks(windows, start), &search(REPLAYED))?
+                let search = search(REPLAYED);
+                let stages = time::stages(windows);
+                let start = with_blocks(&stages[0], start);
+                let mut found = Found {
+                    outcome: minimise(&stages[0], start, &search)?,
+                    passes: 1,
+                };
+                for pair in stages.windows(2) {
+                    let start = time::carry(&pair[0], &found.outcome.point, &pair[1]);
+                    found = found.then(minimise(&pair[1], start, &search)?);
+                }
+                return Ok(found);
             }
         };
         Ok(Found { outcome, passes: 1 })

@@ -367,13 +367,22 @@ impl Run {
                 &(0..problem.shared()).collect::<Vec<_>>(),
                 &Watch::default(),
             )?;
-            let replayed = windows.each(&found.outcome.point, Time::replay_all);
-            let trace = |(replayed, ride): (Result<Vec<Vec<f64>>>, &Ride)| {
-                let channels = problem.channels.iter().zip(replayed?);
+            let replay = |ride: &Time, z: &DVector<f64>| {
+                let samples: Vec<usize> = ride.samples().collect();
+                Ok((samples, ride.replay_all(z)?))
+            };
+            let replayed = windows.each(&found.outcome.point, replay);
+            let trace = |(replayed, ride): (Result<(Vec<usize>, Vec<Vec<f64>>)>, &Ride)| {
+                let (samples, replayed) = replayed?;
+                let channels = problem.channels.iter().zip(replayed);
                 channels
                     .map(|(channel, model)| {
-                        let measured = ride.channel(channel)?[..model.len()].to_vec();
-                        trace(channel, ride, measured, model)
+                        let all = ride.channel(channel)?;
+                        let measured = samples.iter().map(|&i| all[i]).collect();
+                        Ok(Trace {
+                            time: samples.iter().map(|&i| ride.time(i)).collect(),
+                            ..trace(channel, ride, measured, model)?
+                        })
                     })
                     .collect()
             };

@@ -2,6 +2,7 @@
 //! Measured and simulated rides pass through here alike.
 
 mod kernel;
+pub mod welch;
 
 use crate::error::{Error, Result};
 use nalgebra::Complex;

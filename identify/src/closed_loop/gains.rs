@@ -39,7 +39,7 @@ fn arctangent_gain(square: f64) -> (f64, f64) {
 
 /// A bicycle upright at a speed, its nonlinear terms apart.
 #[derive(Debug, Clone)]
-pub(super) struct Gains {
+pub(crate) struct Gains {
     pub parts: Apart,
     pub parameters: Parameters,
     /// [m/s].

@@ -9,7 +9,7 @@ const COARSE: f64 = 0.005;
 /// side; at an end, to the neighbour and to the line through the next two. Out of the ordinary is
 /// what exceeds ten times the rms of the lower 99 % of these distances, and three times the
 /// signal's rms: no band-limited signal does that.
-pub(super) fn glitches(x: &[f64], rms: f64) -> Option<(usize, usize)> {
+pub(crate) fn glitches(x: &[f64], rms: f64) -> Option<(usize, usize)> {
     let n = x.len();
     if n < 4 {
         return None;

@@ -4,30 +4,47 @@
 //! is refused with the eigenvalue named. Each window has a free initial state, eliminated from the
 //! equations; standard errors come from the scatter between windows (those of Gauss–Newton are
 //! three times too small). Bock 1987; Liang & Zeger 1986.
+//!
+//! What a sensor adds, an offset or a gain of the torque, is free where asked for
+//! ([`bicycle::Instruments`]). The channels are weighted by what the replay leaves of each: see
+//! [`Time::noise`].
 
+mod continuation;
+mod dual;
+mod noise;
 mod replay;
+mod shooting;
+#[cfg(test)]
+mod tests;
+mod windows;
 
+pub use continuation::{carry, stages};
 pub use replay::Replay;
 
-use super::spectral::estimated_noise;
 use super::{Information, Unknowns};
 use crate::error::{Error, Result};
+use crate::kernel;
 use crate::ride::Ride;
 use crate::solver::{Block, Landscape, Quadratic};
-use crate::spectrum::{Analysis, Recipe};
-use bicycle::simulate::{rk4, stability_limit};
-use bicycle::{Bicycle, Formulation, Input, Parameters, Real, State, dynamics, linear};
+use bicycle::simulate::stability_limit;
+use bicycle::{Bicycle, Excitation, Formulation, Instruments, Parameters, Real, State};
 use nalgebra::{DMatrix, DVector};
-use num_dual::DualSVec64;
+use shooting::{Model, Normal, Residuals, Shot};
+use std::ops::Range;
 
-/// Directions differentiated in one pass.
-const LANES: usize = 12;
 /// Longest step of the replay [s]: 1e-3 rad at worst over whole rides, far less in a window.
 const STEP: f64 = 2.5e-3;
 /// Internal steps to a sample at most: what is stiffer is no bicycle that a ride could tell.
 const MOST_PIECES: f64 = 1000.0;
-/// Growth of a start's error over a window, as exponent, beyond which windows are refused.
-const GROWTH: f64 = 1.5;
+
+/// The torque of a replay.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Torque {
+    /// As recorded.
+    Recorded,
+    /// None: the bicycle is left to itself and its steering law.
+    Off,
+}
 
 /// A recorded ride cut into windows, and the model that is to replay it.
 #[derive(Debug, Clone)]
@@ -36,17 +53,21 @@ pub struct Time {
     pub unknowns: Unknowns,
     /// Names of the channels.
     pub channels: Vec<&'static str>,
-    /// Standard deviation of each channel's noise [SI].
+    /// Standard deviation of what the model leaves of each channel [SI], its noise where the model
+    /// is true: given, or found by a first search whose weights are the power in the upper half of
+    /// each channel's spectrum, where a bicycle does not move.
     pub noise: Vec<f64>,
     formulation: Formulation,
     /// States of a window's start: those that move.
     order: usize,
     law_in_loop: bool,
     step: f64,
-    /// Samples of a window.
-    length: usize,
-    windows: usize,
+    windows: Vec<Range<usize>>,
+    /// The longest window [s] whose search may begin at what was measured.
+    immediate: f64,
     states: Vec<usize>,
+    /// The offset of each channel: rows of [`Instruments`].
+    offsets: Vec<usize>,
     measured: Vec<Vec<f64>>,
     /// States that the ride records, looked at or not: where the windows' searches start.
     recorded: Vec<(usize, Vec<f64>)>,
@@ -57,7 +78,7 @@ pub struct Time {
 impl Time {
     /// The windows of `window` [s] of a ride, at `speed` [m/s] where it does not say. Its
     /// `steer_torque` is the whole torque of the rider, or, with `law_in_loop`, what acts besides
-    /// a steering law closed on the simulated state.
+    /// a steering law closed on the simulated state. Rows at standstill and glitches are left out.
     pub fn new(
         ride: &Ride,
         channels: &[&'static str],
@@ -66,93 +87,144 @@ impl Time {
         (speed, window): (f64, f64),
         noise: Option<&[f64]>,
     ) -> Result<Self> {
-        let torque = ride.signal("steer_torque")?.to_vec();
+        let length = (window / ride.step()).round() as usize;
+        let order = Bicycle::new(&unknowns.start.parameters, formulation).order();
+        let cut = if length > order {
+            windows::cut(ride, length)
+        } else {
+            Vec::new()
+        };
+        let found = cut.len();
+        let free = unknowns.free.len();
+        let uncut = Self::uncut(
+            ride,
+            channels,
+            unknowns,
+            formulation,
+            speed,
+            Torque::Recorded,
+        )?;
+        // a window too long says more than too few of them
+        uncut.check_growth(window, ride.mean_speed(speed))?;
+        if found < free + 1 {
+            return Err(Error::Windows {
+                window,
+                step: ride.step(),
+                found,
+                free,
+            });
+        }
+        uncut.over(cut, noise)
+    }
+
+    /// A ride without windows yet.
+    pub(super) fn uncut(
+        ride: &Ride,
+        channels: &[&'static str],
+        unknowns: Unknowns,
+        formulation: Formulation,
+        speed: f64,
+        torque: Torque,
+    ) -> Result<Self> {
+        let torque = match torque {
+            Torque::Recorded => ride.signal("steer_torque")?.to_vec(),
+            Torque::Off => vec![0.0; ride.len()],
+        };
         let speeds = ride
             .channel("speed")
             .map_or_else(|_| vec![speed; ride.len()], <[f64]>::to_vec);
-        let law_in_loop = ride.law_in_loop.unwrap_or(false);
-        if let Some(free) = unknowns.free.iter().find(|f| f.bicycle_index().is_none()) {
+        if let Some(free) = unknowns
+            .free
+            .iter()
+            .find(|f| Excitation::index(f.row.name).is_some())
+        {
             return Err(Error::NoInfluence {
                 name: free.row.name.into(),
                 objective: "time",
                 why: "it describes the unmeasured torque of a spectrum; here the torque is measured",
             });
         }
+        windows::check_smooth(&unknowns, formulation)?;
         let start = &unknowns.start.parameters;
-        let replayed = if law_in_loop {
-            *start
-        } else {
-            start.riderless()
-        };
-        check_smooth(&unknowns, formulation)?;
-        let order = Bicycle::new(start, formulation).order();
-        check_growth(&replayed, formulation, ride.mean_speed(speed), window)?;
-        let length = (window / ride.step()).round() as usize;
-        let windows = if length > order {
-            ride.len() / length
-        } else {
-            0
-        };
-        if windows < unknowns.free.len() + 1 {
-            return Err(Error::Windows {
-                window,
-                step: ride.step(),
-                found: windows,
-                free: unknowns.free.len(),
-            });
-        }
-        let recipe = Recipe {
-            average: ride.duration().min(5.0),
-            ..Recipe::default()
-        };
-        let analysis = Analysis::new(&recipe, ride.step(), ride.len())?;
-        let (mut measured, mut deviations, mut states) = (Vec::new(), Vec::new(), Vec::new());
-        for (i, channel) in channels.iter().enumerate() {
-            let samples = ride.signal(channel)?;
-            let given = noise.and_then(|n| n.get(i).copied());
-            let seen = || estimated_noise(&analysis, ride, channel);
-            deviations.push(given.map_or_else(seen, Ok)?);
-            measured.push(samples.to_vec());
-            states.push(State::index(channel).ok_or_else(|| {
-                Error::unknown("state", channel, State::TABLE.iter().map(|row| row.name))
-            })?);
+        let (mut measured, mut states, mut offsets) = (Vec::new(), Vec::new(), Vec::new());
+        for channel in channels {
+            measured.push(ride.signal(channel)?.to_vec());
+            let row = |index: Option<usize>| {
+                index.ok_or_else(|| {
+                    Error::unknown("state", channel, State::TABLE.iter().map(|row| row.name))
+                })
+            };
+            states.push(row(State::index(channel))?);
+            offsets.push(row(Instruments::index(&format!("{channel}_offset")))?);
         }
         let recorded = State::TABLE
             .iter()
             .enumerate()
             .filter_map(|(i, row)| Some((i, ride.channel(row.name).ok()?.to_vec())))
             .collect();
-        Ok(Self {
-            unknowns,
+        let mut uncut = Self {
+            order: Bicycle::new(start, formulation).order(),
             channels: channels.to_vec(),
-            noise: deviations,
+            noise: vec![1.0; channels.len()],
             formulation,
-            order,
-            law_in_loop,
+            law_in_loop: ride.law_in_loop.unwrap_or(false),
             step: ride.step(),
-            length,
-            windows,
+            windows: Vec::new(),
+            immediate: f64::INFINITY,
             states,
+            offsets,
             measured,
             recorded,
             torque,
             speed: speeds,
-        })
+            unknowns,
+        };
+        uncut.immediate = uncut.longest_immediate(ride.mean_speed(speed))?;
+        Ok(uncut)
+    }
+
+    /// The same over `windows`, with the noise given or found.
+    pub(super) fn over(
+        mut self,
+        windows: Vec<Range<usize>>,
+        noise: Option<&[f64]>,
+    ) -> Result<Self> {
+        self.windows = windows;
+        self.noise = match noise {
+            Some(given) => given.to_vec(),
+            None => self.found_noise()?,
+        };
+        Ok(self)
     }
 
     /// `p` without a rider law where the torque is the whole torque.
-    fn parameters<T: Real>(&self, p: &Parameters<T>) -> Parameters<T> {
+    fn replayed<T: Real>(&self, p: &Parameters<T>) -> Parameters<T> {
         if self.law_in_loop { *p } else { p.riderless() }
+    }
+
+    /// Number of states of a window's start.
+    pub(super) fn order(&self) -> usize {
+        self.order
     }
 
     /// Number of windows.
     pub fn windows(&self) -> usize {
-        self.windows
+        self.windows.len()
+    }
+
+    /// The windows, in samples.
+    pub fn ranges(&self) -> &[Range<usize>] {
+        &self.windows
+    }
+
+    /// The samples of the windows, one window after the other.
+    pub fn samples(&self) -> impl Iterator<Item = usize> {
+        self.windows.iter().flat_map(Clone::clone)
     }
 
     /// Number of observations.
     pub fn observations(&self) -> usize {
-        self.windows * self.length * self.channels.len()
+        self.samples().count() * self.channels.len()
     }
 
     /// Number of free parameters, the initial states not counted.
@@ -163,76 +235,45 @@ impl Time {
     /// All variables of the search: the free parameters and the windows' initial states, these
     /// from straight lines through the first tenth of a second of each state that was recorded.
     pub fn start(&self) -> DVector<f64> {
-        let mut z: Vec<f64> = self
-            .unknowns
-            .start
-            .variables(&self.unknowns.free)
-            .iter()
-            .copied()
-            .collect();
-        let samples = ((0.1 / self.step).round() as usize).clamp(2, self.length);
-        for window in 0..self.windows {
-            let mut state = vec![0.0; self.order];
-            for (index, channel) in self.recorded.iter().filter(|(i, _)| *i < self.order) {
-                let (value, slope) = line(&channel[window * self.length..][..samples], self.step);
-                state[*index] = value;
-                let rate = match State::TABLE[*index].name {
-                    "roll" => State::index("roll_rate"),
-                    "steer" => State::index("steer_rate"),
-                    _ => None,
-                };
-                if let Some(rate) = rate.filter(|r| self.recorded.iter().all(|(i, _)| i != r)) {
-                    state[rate] = slope;
-                }
-            }
-            z.extend(state);
+        let own = self.unknowns.start.variables(&self.unknowns.free);
+        let mut z: Vec<f64> = own.iter().copied().collect();
+        for window in &self.windows {
+            z.extend(self.measured_start(window));
         }
         DVector::from_vec(z)
     }
 
-    /// Replays window `window` from `state`, showing what is seen of the state at each sample.
-    fn replay<T: Real>(
-        &self,
-        bicycle: &Bicycle<T>,
-        pieces: usize,
-        window: usize,
-        mut state: State<T>,
-        mut show: impl FnMut(usize, &State<T>),
-    ) {
-        let first = window * self.length;
-        let h = T::from(self.step / pieces as f64);
-        for sample in 0..self.length {
-            let (i, j) = (
-                first + sample,
-                (first + sample + 1).min(self.torque.len() - 1),
-            );
-            let seen = State {
-                yaw_rate: bicycle.yaw_rate(&state, T::from(self.speed[i])),
-                ..state
+    /// The initial state of `window` as measured.
+    fn measured_start(&self, window: &Range<usize>) -> Vec<f64> {
+        let samples = ((0.1 / self.step).round() as usize).clamp(2, window.len());
+        let mut state = vec![0.0; self.order];
+        for (index, channel) in self.recorded.iter().filter(|(i, _)| *i < self.order) {
+            let (value, slope) = line(&channel[window.start..][..samples], self.step);
+            state[*index] = value;
+            let rate = match State::TABLE[*index].name {
+                "roll" => State::index("roll_rate"),
+                "steer" => State::index("steer_rate"),
+                _ => None,
             };
-            show(sample, &seen);
-            for piece in 0..pieces {
-                state = rk4(state, h, |fraction, x| {
-                    let at = (piece as f64 + fraction) / pieces as f64;
-                    let between = |y: &[f64]| T::from(y[i] * (1.0 - at) + y[j] * at);
-                    let input = Input {
-                        speed: between(&self.speed),
-                        steer_torque: between(&self.torque),
-                        assist_torque: T::from(0.0),
-                        roll_moment: T::from(0.0),
-                    };
-                    dynamics::derivative(bicycle, x, &input)
-                });
+            if let Some(rate) = rate.filter(|r| self.recorded.iter().all(|(i, _)| i != r)) {
+                state[rate] = slope;
             }
         }
+        state
     }
 
     /// Internal steps to a sample: short enough to be accurate and stable at the slowest and the
     /// fastest speed, but no more than [`MOST_PIECES`].
-    fn pieces(&self, bicycle: &Bicycle) -> Result<usize> {
-        let slowest = self.speed.iter().copied().fold(f64::INFINITY, f64::min);
-        let fastest = self.speed.iter().copied().fold(0.0, f64::max);
-        let limit = stability_limit(bicycle, slowest).min(stability_limit(bicycle, fastest));
+    fn pieces(&self, z: &DVector<f64>) -> Result<usize> {
+        let parameters = self.unknowns.candidate(z).parameters;
+        let bicycle = Bicycle::new(&self.replayed(&parameters), self.formulation);
+        let speeds = || self.windows.iter().flat_map(|w| &self.speed[w.clone()]);
+        let slowest = speeds().copied().fold(f64::INFINITY, f64::min);
+        let fastest = speeds().copied().fold(0.0, f64::max);
+        let mut limit = stability_limit(&bicycle, slowest);
+        if fastest != slowest {
+            limit = limit.min(stability_limit(&bicycle, fastest));
+        }
         let pieces = (self.step / STEP.min(0.9 * limit)).ceil();
         if pieces <= MOST_PIECES {
             Ok(pieces as usize)
@@ -244,83 +285,24 @@ impl Time {
         }
     }
 
-    fn bicycle(&self, z: &DVector<f64>) -> Bicycle {
-        let parameters = self.unknowns.candidate(z).parameters;
-        Bicycle::new(&self.parameters(&parameters), self.formulation)
+    /// The model at `z`, and its windows with their initial states.
+    fn model(&self, z: &DVector<f64>) -> Result<(Model<'_>, Vec<Shot>)> {
+        let model = Model::new(self, z, self.pieces(z)?);
+        let own = z.as_slice()[self.shared()..].chunks(self.order);
+        let shots = self.windows.iter().zip(own);
+        let shots = shots.map(|(window, own)| model.shot(window, own)).collect();
+        Ok((model, shots))
     }
 
-    /// Where the initial state of `window` begins among the variables.
-    fn place(&self, window: usize) -> usize {
-        self.shared() + window * self.order
-    }
-
-    fn initial(&self, z: &DVector<f64>, window: usize) -> [f64; State::LEN] {
-        let mut state = State::ZERO.to_array();
-        let moving = z.rows(self.place(window), self.order);
-        state[..self.order].copy_from_slice(moving.as_slice());
-        state
-    }
-
-    /// Residuals of a window over their noise, measured minus replayed, samples × channels.
-    fn residuals(
-        &self,
-        bicycle: &Bicycle,
-        pieces: usize,
-        z: &DVector<f64>,
-        window: usize,
-    ) -> DVector<f64> {
-        let mut residuals = Vec::with_capacity(self.length * self.channels.len());
-        let state = State::from_array(self.initial(z, window));
-        self.replay(bicycle, pieces, window, state, |sample, x| {
-            let x = x.to_array();
-            for ((y, &index), noise) in self.measured.iter().zip(&self.states).zip(&self.noise) {
-                residuals.push((y[window * self.length + sample] - x[index]) / noise);
-            }
-        });
-        DVector::from_vec(residuals)
-    }
-
-    /// ∂residuals/∂(free parameters, initial state) of a window, by dual numbers.
-    fn jacobian(&self, pieces: usize, z: &DVector<f64>, window: usize) -> DMatrix<f64> {
-        let shared = self.shared();
-        let mut jacobian = DMatrix::zeros(self.length * self.channels.len(), shared + self.order);
-        let values = self.unknowns.candidate(z);
-        for first in (0..shared + self.order).step_by(LANES) {
-            let seed = |value: f64, slope: f64, direction: usize| {
-                let mut dual = DualSVec64::<LANES>::from(value);
-                if (first..first + LANES).contains(&direction) {
-                    let mut eps = nalgebra::SVector::<f64, LANES>::zeros();
-                    eps[direction - first] = slope;
-                    dual.eps = num_dual::Derivative::some(eps);
-                }
-                dual
-            };
-            let mut parameters = values.parameters.map(DualSVec64::<LANES>::from);
-            for (direction, free) in self.unknowns.free.iter().enumerate() {
-                let index = free
-                    .bicycle_index()
-                    .expect("checked when the problem was made");
-                let value = values.get(free);
-                parameters.set(index, seed(value, free.slope(value), direction));
-            }
-            let bicycle = Bicycle::new(&self.parameters(&parameters), self.formulation);
-            let initial = self.initial(z, window);
-            let state =
-                State::from_array(std::array::from_fn(|i| seed(initial[i], 1.0, shared + i)));
-            self.replay(&bicycle, pieces, window, state, |sample, x| {
-                let x = x.to_array();
-                for (c, (&index, noise)) in self.states.iter().zip(&self.noise).enumerate() {
-                    let eps = x[index]
-                        .eps
-                        .unwrap_generic(nalgebra::Const, nalgebra::Const);
-                    let row = sample * self.channels.len() + c;
-                    for direction in first..(first + LANES).min(shared + self.order) {
-                        jacobian[(row, direction)] = -eps[direction - first] / noise;
-                    }
-                }
-            });
-        }
-        jacobian
+    /// Residuals of each window over their noise, measured minus replayed: channel by channel.
+    fn residuals(&self, z: &DVector<f64>) -> Result<Vec<Vec<f64>>> {
+        let (model, shots) = self.model(z)?;
+        Ok(kernel::in_batches(&shots, |shots| {
+            kernel::run(Residuals {
+                model: &model,
+                shots,
+            })
+        }))
     }
 
     /// What the windows know at `z`.
@@ -336,97 +318,58 @@ impl Time {
             .iter()
             .map(|s| s * s.transpose())
             .sum::<DMatrix<f64>>();
-        let (n, p) = (self.windows as f64, self.shared() as f64);
+        let (n, p) = (self.windows() as f64, self.shared() as f64);
         Ok(Information {
             curvature: reduced.curvature,
             meat: Some(meat * (n / (n - p))),
             factor: 1.0,
         })
     }
-
-    /// The local model of one window alone.
-    fn window(
-        &self,
-        bicycle: &Bicycle,
-        pieces: usize,
-        z: &DVector<f64>,
-        window: usize,
-    ) -> Quadratic {
-        let residuals = self.residuals(bicycle, pieces, z, window);
-        let jacobian = self.jacobian(pieces, z, window);
-        let shared = jacobian.columns(0, self.shared());
-        let own = jacobian.columns(self.shared(), self.order);
-        let share = shared.transpose() * &residuals;
-        Quadratic {
-            gradient: share.clone(),
-            curvature: shared.transpose() * shared,
-            blocks: vec![Block {
-                share,
-                gradient: own.transpose() * &residuals,
-                curvature: own.transpose() * own,
-                cross: own.transpose() * shared,
-            }],
-        }
-    }
 }
 
 impl Landscape for Time {
     fn blocks(&self) -> usize {
-        self.windows * self.order
+        self.windows() * self.order
     }
 
     fn cost(&self, z: &DVector<f64>) -> f64 {
-        let bicycle = self.bicycle(z);
-        let Ok(pieces) = self.pieces(&bicycle) else {
-            return f64::INFINITY;
+        let square = |residuals: Vec<Vec<f64>>| {
+            let all = residuals.iter().flatten();
+            0.5 * all.map(|r| r * r).sum::<f64>()
         };
-        let square = |window| self.residuals(&bicycle, pieces, z, window).norm_squared();
-        0.5 * (0..self.windows).map(square).sum::<f64>()
+        self.residuals(z).map_or(f64::INFINITY, square)
     }
 
     fn quadratic(&self, z: &DVector<f64>) -> Result<Quadratic> {
-        let bicycle = self.bicycle(z);
-        let pieces = self.pieces(&bicycle)?;
-        let mut sum = self.window(&bicycle, pieces, z, 0);
-        for window in 1..self.windows {
-            let own = self.window(&bicycle, pieces, z, window);
-            sum.gradient += own.gradient;
-            sum.curvature += own.curvature;
-            sum.blocks.extend(own.blocks);
+        let (model, shots) = self.model(z)?;
+        let windows = kernel::in_batches(&shots, |shots| {
+            kernel::run(Normal {
+                model: &model,
+                shots,
+            })
+        });
+        let p = self.shared();
+        let mut sum = Quadratic {
+            gradient: DVector::zeros(p),
+            curvature: DMatrix::zeros(p, p),
+            blocks: Vec::with_capacity(windows.len()),
+        };
+        for window in windows {
+            let (gradient, curvature) = (&window.gradient, &window.curvature);
+            let share = gradient.rows(0, p).into_owned();
+            sum.gradient += &share;
+            sum.curvature += curvature.view((0, 0), (p, p));
+            sum.blocks.push(Block {
+                share,
+                gradient: gradient.rows(p, self.order).into_owned(),
+                curvature: curvature
+                    .view((p, p), (self.order, self.order))
+                    .into_owned(),
+                cross: curvature.view((p, 0), (self.order, p)).into_owned(),
+            });
         }
         Ok(sum)
     }
-}
-
-/// Refuses jumps: the windows' equations are differentiated.
-fn check_smooth(unknowns: &Unknowns, formulation: Formulation) -> Result<()> {
-    let p = &unknowns.start.parameters;
-    let is_free = |name: &str| unknowns.free.iter().any(|free| free.row.name == name);
-    let rubs = p.coulomb_friction != 0.0 || is_free("coulomb_friction");
-    if p.steer_rate_smoothing == 0.0 && rubs {
-        let name = "steer_rate_smoothing";
-        return Err(Error::Jump { name });
-    }
-    if p.steer_smoothing == 0.0 && !formulation.has_four_bodies() {
-        let name = "steer_smoothing";
-        return Err(Error::Jump { name });
-    }
-    Ok(())
-}
-
-/// Refuses windows over which errors of the start would grow too far.
-fn check_growth(p: &Parameters, formulation: Formulation, speed: f64, window: f64) -> Result<()> {
-    let worst = linear::fastest_growth(p, formulation, speed);
-    let limit = GROWTH / worst.re;
-    if worst.re.is_nan() || worst.re > 0.0 && window > limit {
-        return Err(Error::WindowTooLong {
-            window,
-            limit,
-            re: worst.re,
-            im: worst.im.abs(),
-        });
-    }
-    Ok(())
 }
 
 /// Value at the first sample and slope of the straight line through `y`.

@@ -326,13 +326,14 @@ fn simulated(spectral: &Spectral, z: &DVector<f64>, ridden: &Ridden, seed: u64) 
 /// The windows of `ride` drawn with replacement, one behind the other: each is replayed from a
 /// start of its own, so that the seams do not matter.
 fn redrawn(windows: &Time, ride: &Ride, rng: &mut impl Rng) -> Result<Ride> {
-    let n = windows.windows();
-    let length = windows.observations() / (n * windows.channels.len());
-    let drawn: Vec<usize> = (0..n).map(|_| rng.random_range(0..n)).collect();
-    let mut redrawn = Ride::new(0.0, ride.step(), n * length);
+    let windows = windows.ranges();
+    let n = windows.len();
+    let drawn: Vec<_> = (0..n).map(|_| &windows[rng.random_range(0..n)]).collect();
+    let samples = drawn.iter().map(|window| window.len()).sum();
+    let mut redrawn = Ride::new(0.0, ride.step(), samples);
     redrawn.law_in_loop = ride.law_in_loop;
     for (row, samples) in ride.channels() {
-        let windows = drawn.iter().flat_map(|w| &samples[w * length..][..length]);
+        let windows = drawn.iter().flat_map(|window| &samples[(*window).clone()]);
         redrawn.insert(row.name, windows.copied().collect())?;
     }
     Ok(redrawn)

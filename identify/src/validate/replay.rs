@@ -8,6 +8,7 @@ use crate::objective::time::Time;
 use crate::ride::Ride;
 use nalgebra::DVector;
 use serde::{Deserialize, Serialize};
+use std::ops::Range;
 
 /// A channel replayed.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -32,34 +33,45 @@ pub struct Replayed {
 pub fn replayed(windows: &Time, z: &DVector<f64>, ride: &Ride) -> Result<Vec<Replayed>> {
     let models = windows.replay_all(z)?;
     let channels = windows.channels.iter().zip(models);
-    let length = windows.observations() / (windows.windows() * windows.channels.len());
+    let samples: Vec<usize> = windows.samples().collect();
     let torque = ride.signal("steer_torque")?;
     let middle = torque.iter().sum::<f64>() / torque.len() as f64;
     channels
         .map(|(channel, model)| {
-            let measured = &ride.channel(channel)?[..model.len()];
+            let all = ride.channel(channel)?;
+            let measured: Vec<f64> = samples.iter().map(|&i| all[i]).collect();
             let residual: Vec<f64> = measured.iter().zip(&model).map(|(y, m)| y - m).collect();
-            let torque: Vec<f64> = torque[..model.len()].iter().map(|t| t - middle).collect();
-            let parts: Vec<&[f64]> = residual.chunks(length).collect();
-            let inputs: Vec<&[f64]> = torque.chunks(length).collect();
-            let mut windows: Vec<f64> = measured
-                .chunks(length)
-                .zip(model.chunks(length))
+            let torque: Vec<f64> = samples.iter().map(|&i| torque[i] - middle).collect();
+            let parts = parted(&residual, windows.ranges());
+            let inputs = parted(&torque, windows.ranges());
+            let mut each: Vec<f64> = parted(&measured, windows.ranges())
+                .into_iter()
+                .zip(parted(&model, windows.ranges()))
                 .map(|(y, m)| variance_accounted_for(y, m))
                 .collect();
-            windows.sort_by(f64::total_cmp);
+            each.sort_by(f64::total_cmp);
             let power = residual.iter().map(|r| r * r).sum::<f64>() / residual.len() as f64;
             Ok(Replayed {
                 channel: (*channel).into(),
-                fit: fit_percent(measured, &model),
-                variance_accounted_for: variance_accounted_for(measured, &model),
-                median_window: windows[windows.len() / 2],
+                fit: fit_percent(&measured, &model),
+                variance_accounted_for: variance_accounted_for(&measured, &model),
+                median_window: each[each.len() / 2],
                 residual_rms: power.sqrt(),
                 whiteness: whiteness(&parts, ride.step(), LAGS),
                 torque: cross_correlation(&parts, &inputs, ride.step(), LAGS),
             })
         })
         .collect()
+}
+
+/// What belongs to each of `windows`, one behind the other in `all`.
+fn parted<'a>(mut all: &'a [f64], windows: &[Range<usize>]) -> Vec<&'a [f64]> {
+    let part = |window: &Range<usize>| {
+        let (own, rest) = all.split_at(window.len());
+        all = rest;
+        own
+    };
+    windows.iter().map(part).collect()
 }
 
 /// Lags looked at, each way.
