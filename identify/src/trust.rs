@@ -6,7 +6,7 @@ pub mod distribution;
 pub mod insensitivity;
 pub mod profile;
 
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::objective::Information;
 use crate::problem::Problem;
 use crate::solver::Limits;
@@ -22,6 +22,8 @@ pub struct Solved<'a> {
     pub problem: &'a Problem,
     /// The shared variables of the optimum.
     pub z: DVector<f64>,
+    /// All variables there, the rides' blocks behind the shared ones.
+    point: DVector<f64>,
     /// Its cost, with the weights of `amplitude` as the model has them there.
     pub cost: f64,
     /// What the data know there.
@@ -40,6 +42,7 @@ impl<'a> Solved<'a> {
             z: outcome.point.rows(0, problem.shared()).into_owned(),
             cost: outcome.cost,
             information: problem.information(&outcome.point)?,
+            point: outcome.point,
             limits: problem.limits(),
         })
     }
@@ -47,26 +50,27 @@ impl<'a> Solved<'a> {
     /// The profile of variable `i`.
     pub fn profile(&self, i: usize) -> Result<Profile> {
         let n = self.z.len();
-        let spread = spread(&self.information);
-        let plain = crate::verdict::spread(&Information {
+        let own = spread(&self.information);
+        let plain = spread(&Information {
             meat: None,
             factor: 1.0,
             ..self.information.clone()
         });
-        let regular = spread.singular[i].is_none() && spread.covariance[(i, i)] > 0.0;
+        let variance = own.covariance[(i, i)];
+        let regular = own.singular[i].is_none() && variance > 0.0;
         let optimum = Optimum {
             z: &self.z,
             cost: self.cost,
             limits: &self.limits,
             index: i,
-            std_error: regular.then(|| spread.covariance[(i, i)].sqrt()),
+            std_error: regular.then(|| variance.sqrt()),
             tangent: if regular {
                 plain.covariance.column(i) / plain.covariance[(i, i)]
             } else {
                 DVector::from_fn(n, |j, _| f64::from(u8::from(j == i)))
             },
             inflation: if regular {
-                spread.covariance[(i, i)] / plain.covariance[(i, i)]
+                variance / plain.covariance[(i, i)]
             } else {
                 self.information.factor
             },
@@ -74,7 +78,7 @@ impl<'a> Solved<'a> {
         let curve = profile::profile(&optimum, |start| {
             // where nothing can be evaluated there is a wall
             let found = self.problem.search_weighted(&self.z, start, &[i]);
-            Ok::<_, crate::error::Error>(found.map_or_else(
+            Ok::<_, Error>(found.map_or_else(
                 |_| (f64::INFINITY, start.clone()),
                 |found| {
                     let point = found.outcome.point.rows(0, n).into_owned();
@@ -98,14 +102,14 @@ impl<'a> Solved<'a> {
     pub fn reduce(&self, caution: f64) -> Result<Reduction> {
         let variables = &self.problem.variables;
         let start = self.problem.start();
-        let (mut z, mut cost) = (self.z.clone(), self.cost);
+        let (mut point, mut cost) = (self.point.clone(), self.cost);
         let mut held: Vec<usize> = Vec::new();
         let mut dropped = Vec::new();
         loop {
-            let kept: Vec<usize> = (0..z.len()).filter(|i| !held.contains(i)).collect();
-            let information = self.problem.information(&z)?.of(&kept);
+            let kept: Vec<usize> = (0..self.z.len()).filter(|i| !held.contains(i)).collect();
+            let information = self.problem.information(&point)?.of(&kept);
             let left: Vec<_> = kept.iter().map(|&i| variables[i].clone()).collect();
-            let values = self.problem.values(&z);
+            let values = self.problem.values(&point);
             let own: Vec<f64> = kept.iter().map(|&i| values[i]).collect();
             let sensitivities = sensitivities(&left, &own, &information, caution);
             let next = worst(&sensitivities, |k| !left[k].free.nuisance());
@@ -119,7 +123,7 @@ impl<'a> Solved<'a> {
             };
             let i = kept[k];
             held.push(i);
-            let mut from = z.clone();
+            let mut from = point.rows(0, self.z.len()).into_owned();
             from[i] = start[i];
             let outcome = self.problem.search_weighted(&self.z, &from, &held)?.outcome;
             dropped.push(Dropped {
@@ -128,8 +132,7 @@ impl<'a> Solved<'a> {
                 fixed_at: variables[i].free.value(start[i]),
                 cost_rise: outcome.cost - cost,
             });
-            z = outcome.point.rows(0, z.len()).into_owned();
-            cost = outcome.cost;
+            (point, cost) = (outcome.point, outcome.cost);
         }
     }
 }
