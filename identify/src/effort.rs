@@ -28,7 +28,7 @@ pub struct Effort {
     /// Whether every parameter is profiled.
     pub profiles: bool,
     /// Fits of data made again.
-    pub bootstrap: usize,
+    pub bootstrap: u64,
     /// Whether parameters that the data can do without are left out, one by one.
     pub reduce: bool,
     /// Seed of the starts, the population and the data made again.

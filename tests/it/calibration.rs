@@ -29,7 +29,7 @@ use std::fmt::Write as _;
 /// Truth of the remnant's intensity [N m rms].
 const INTENSITY: f64 = 1.2;
 /// Jobs of each bootstrap: with 39 the 2.5 % and 97.5 % quantiles are the first and the last.
-const JOBS: usize = 39;
+const JOBS: u64 = 39;
 
 /// What is fitted to each ride, or to each six.
 struct Setup {
@@ -225,7 +225,7 @@ fn trial(setup: &Setup, number: usize, rides: &[Ride]) -> Trial {
         let seed = 1 + number as u64;
         let bootstrap = Bootstrap::new(&ridden, &plan, &problem, &z, seed).expect("a bootstrap");
         let resampled = bootstrap.run(JOBS, &Journal::in_memory(), &Watch::default());
-        resampled.expect("no file is written")
+        resampled.expect("a journal in memory")
     });
     Trial {
         fit,

@@ -15,12 +15,13 @@ use crate::plan::{Plan, Ridden};
 use crate::problem::{Problem, Rides};
 use crate::progress::{Event, Watch};
 use crate::ride::Ride;
+use crate::solver::Outcome;
+use crate::starts::stream;
 use crate::synthesis::{SensorNoise, Synthesis, TorqueLine};
 use bicycle::{Excitation, Input};
 use nalgebra::DVector;
-use rand::{Rng, RngCore, SeedableRng};
+use rand::Rng;
 use rand_distr::{Distribution, StandardNormal};
-use rand_xoshiro::Xoshiro256PlusPlus;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -106,7 +107,9 @@ pub struct Resampled {
     pub kind: Kind,
     /// Seed.
     pub seed: u64,
-    /// Jobs.
+    /// Jobs asked for; more than ended only where the bootstrap was stopped.
+    pub planned: u64,
+    /// Jobs that ended.
     pub jobs: usize,
     /// Jobs without an estimate.
     pub failed: usize,
@@ -122,12 +125,6 @@ pub struct Bootstrap<'a> {
     problem: &'a Problem,
     z: DVector<f64>,
     seed: u64,
-}
-
-/// The generator of stream `stream` under `seed`.
-fn generator(seed: u64, stream: u64) -> Xoshiro256PlusPlus {
-    let base = Xoshiro256PlusPlus::seed_from_u64(seed).next_u64();
-    Xoshiro256PlusPlus::seed_from_u64(base.wrapping_add(stream))
 }
 
 impl<'a> Bootstrap<'a> {
@@ -180,15 +177,22 @@ impl<'a> Bootstrap<'a> {
         }
     }
 
-    /// Job number `job`: data made again and fitted from the estimates on.
-    pub fn draw(&self, job: usize) -> Draw {
-        Draw {
-            z: self.refit(job).ok().flatten(),
+    /// Job number `job`: data made again and fitted from the estimates on; none where `watch` asked
+    /// for a stop before the fit had ended.
+    pub fn draw(&self, job: u64, watch: &Watch) -> Option<Draw> {
+        match self.refit(job, watch) {
+            Ok(outcome) if outcome.stopped => None,
+            Ok(outcome) => {
+                let shared = outcome.point.rows(0, self.z.len());
+                let z = outcome.converged.then(|| shared.iter().copied().collect());
+                Some(Draw { z })
+            }
+            Err(_) => Some(Draw { z: None }),
         }
     }
 
-    fn refit(&self, job: usize) -> Result<Option<Vec<f64>>> {
-        let mut rng = generator(self.seed, job as u64);
+    fn refit(&self, job: u64, watch: &Watch) -> Result<Outcome> {
+        let mut rng = stream(self.seed, job);
         let made: Vec<Result<Ride>> = match &self.problem.rides {
             Rides::Amplitude(spectra) | Rides::Whittle(spectra) => {
                 let models = spectra.each(&self.z, |ride, z| (ride.spectral.clone(), z.clone()));
@@ -214,36 +218,38 @@ impl<'a> Bootstrap<'a> {
             })
             .collect();
         let problem = Problem::new(&ridden, &self.plan)?;
-        let outcome = problem.search(&self.z, &[], &Watch::default())?.outcome;
-        let shared = outcome.point.rows(0, self.z.len());
-        Ok(outcome.converged.then(|| shared.iter().copied().collect()))
+        Ok(problem.search(&self.z, &[], &watch.silent())?.outcome)
     }
 
-    /// Jobs 0 to `jobs`, on all cores; what `journal` has is not done again, and what is done goes
-    /// there. A stop leaves out the jobs that had not begun. A bootstrap of more jobs holds those
-    /// of fewer.
-    pub fn run(&self, jobs: usize, journal: &Journal<Draw>, watch: &Watch) -> Result<Resampled> {
-        let done = AtomicU64::new(0);
-        let job = |job: usize| {
-            let draw = match journal.get(job as u64) {
+    /// Jobs 0 to `jobs`, all cores at work. What has ended is in `journal`, and what `journal` has is
+    /// not done again; a bootstrap of more jobs holds those of fewer. A stop gives what has ended.
+    pub fn run(&self, jobs: u64, journal: &Journal<Draw>, watch: &Watch) -> Result<Resampled> {
+        let ended = AtomicU64::new(0);
+        let job = |job: u64| {
+            let draw = match journal.get(job) {
                 Some(draw) => draw,
                 None if watch.stopped() => return Ok(None),
-                None => journal.put(job as u64, &self.draw(job))?,
+                None => match self.draw(job, watch) {
+                    Some(draw) => journal.put(job, &draw)?,
+                    None => return Ok(None),
+                },
             };
+            let done = ended.fetch_add(1, Ordering::Relaxed) + 1;
             watch.tell(Event::Done {
-                done: done.fetch_add(1, Ordering::Relaxed) + 1,
-                of: jobs as u64,
+                done,
+                of: jobs,
                 best: None,
             });
             Ok(Some(draw))
         };
-        let draws: Vec<Option<Draw>> = (0..jobs).into_par_iter().map(job).collect::<Result<_>>()?;
-        let draws: Vec<Draw> = draws.into_iter().flatten().collect();
-        Ok(self.summary(&draws))
+        let draws = (0..jobs).into_par_iter().map(job);
+        let draws: Vec<Option<Draw>> = draws.collect::<Result<_>>()?;
+        let ended: Vec<Draw> = draws.into_iter().flatten().collect();
+        Ok(self.summary(&ended, jobs))
     }
 
-    /// What `draws` say.
-    pub fn summary(&self, draws: &[Draw]) -> Resampled {
+    /// What `draws` of `planned` jobs say.
+    fn summary(&self, draws: &[Draw], planned: u64) -> Resampled {
         let found: Vec<&Vec<f64>> = draws.iter().filter_map(|d| d.z.as_ref()).collect();
         let limits = self.problem.limits();
         let row = |i: usize| {
@@ -273,6 +279,7 @@ impl<'a> Bootstrap<'a> {
         Resampled {
             kind: self.kind(),
             seed: self.seed,
+            planned,
             jobs: draws.len(),
             failed: draws.len() - found.len(),
             parameters: (0..self.z.len()).map(row).collect(),
@@ -311,7 +318,7 @@ fn simulated(spectral: &Spectral, z: &DVector<f64>, ridden: &Ridden, seed: u64) 
         ..Synthesis::default()
     }
     .ride()?;
-    let mut rng = generator(seed, 0);
+    let mut rng = stream(seed, 0);
     for (channel, noise) in measured.channels.iter().zip(&measured.noise) {
         let noisy = ride.channel(channel)?.iter().map(|value| {
             let normal: f64 = StandardNormal.sample(&mut rng);
@@ -359,13 +366,5 @@ mod tests {
     #[test]
     fn one_estimate_scatters_by_nothing_known() {
         assert_eq!(scatter(1.0, &[1.0]), None);
-    }
-
-    #[test]
-    fn streams_differ_by_seed_and_by_number() {
-        let first = |seed, stream| generator(seed, stream).next_u64();
-        assert_eq!(first(1, 2), first(1, 2));
-        assert_ne!(first(1, 2), first(1, 3));
-        assert_ne!(first(1, 3), first(2, 2));
     }
 }

@@ -128,26 +128,28 @@ fn a_job_is_the_same_whenever_it_runs_and_known_ones_do_not_run_again() {
     let watch = Watch::default();
     let journal = Journal::in_memory();
     let whole = bootstrap.run(6, &journal, &watch).unwrap();
-    assert_eq!(journal.len(), 6);
-    assert_eq!(journal.get(4), Some(bootstrap.draw(4)));
+    assert_eq!((journal.len(), whole.jobs, whole.failed), (6, 6, 0));
+    assert_eq!(journal.get(4), bootstrap.draw(4, &watch));
     assert_ne!(journal.get(4), journal.get(5));
 
-    // stopped after three, resumed
-    let half = Journal::in_memory();
-    for job in 0..3 {
-        half.put(job, &journal.get(job).unwrap()).unwrap();
-    }
-    assert_eq!(bootstrap.run(6, &half, &watch).unwrap(), whole);
+    // stopped after three, resumed: the same; nothing to do: nothing done
+    let resumed = Journal::in_memory();
+    let three = bootstrap.run(3, &resumed, &watch).unwrap();
+    assert_eq!((three.jobs, resumed.len()), (3, 3));
+    assert_eq!(bootstrap.run(6, &resumed, &watch).unwrap(), whole);
 
-    // a failed job is counted and leaves the others; a stop leaves out what had not begun
-    let failing = Journal::in_memory();
-    for job in 0..5 {
-        let draw = journal.get(job).filter(|_| job < 3);
-        failing.put(job, &draw.unwrap_or(Draw { z: None })).unwrap();
+    // a failed job is counted and leaves the others; one in the journal is not done again
+    let failed = Journal::in_memory();
+    for job in 0..3 {
+        failed.put(job, &Draw { z: None }).unwrap();
     }
+    let partly = bootstrap.run(6, &failed, &watch).unwrap();
+    assert_eq!((partly.jobs, partly.failed), (6, 3));
+
+    // a stop does no more
     watch.stop();
-    let failed = bootstrap.run(6, &failing, &watch).unwrap();
-    assert_eq!((failed.jobs, failed.failed), (5, 2));
+    let stopped = bootstrap.run(6, &Journal::in_memory(), &watch).unwrap();
+    assert_eq!((stopped.planned, stopped.jobs), (6, 0));
 }
 
 #[test]

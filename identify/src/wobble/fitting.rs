@@ -106,7 +106,7 @@ pub struct EffortArguments {
     profile: bool,
     /// Fit data made again so many times
     #[arg(long, value_name = "N", default_value_t = 0)]
-    bootstrap: usize,
+    bootstrap: u64,
     /// Leave out, one by one, parameters that the data can do without
     #[arg(long)]
     reduce: bool,
