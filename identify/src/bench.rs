@@ -9,17 +9,18 @@ mod yardstick;
 pub use yardstick::Yardstick;
 
 use crate::batch::{Excited, Wanted, ride_together};
+use crate::effort::Effort;
 use crate::error::Result;
 use crate::fit::fit;
 use crate::kernel::Isa;
 use crate::objective::Objective;
 use crate::plan::Plan;
+use crate::progress::Watch;
 use crate::ride::Ride;
 use crate::synthesis::{SensorNoise, Synthesis};
 use bicycle::Formulation;
 use bicycle::batch;
 use fmi_import::{Fmu, simulate};
-use rayon::prelude::*;
 use serde::Serialize;
 use std::path::Path;
 use std::time::Instant;
@@ -132,7 +133,9 @@ pub fn measure(yardstick: Option<&Path>, progress: &dyn Fn(&str)) -> Result<Benc
     progress("fitting");
     let (fits, multistart) = fits()?;
     progress("running the FMU");
-    let fmu = fmu_rate().map_err(|why| notes.push(format!("no FMU: {why}"))).ok();
+    let fmu = fmu_rate()
+        .map_err(|why| notes.push(format!("no FMU: {why}")))
+        .ok();
     Ok(Bench {
         scalar_sims_per_s: 1.0 / scalar.0,
         batch_sims_per_s: lanes as f64 / wide.0,
@@ -188,7 +191,14 @@ fn fits() -> Result<(Fits, f64)> {
     let time = |ride: &Ride, plan: &Plan| -> Result<f64> {
         let mut best = Best::new();
         for _ in 0..3 {
-            best.time(|| fit(ride, plan, &|_| {}))?;
+            best.time(|| {
+                fit(
+                    &[plan.ridden(ride)],
+                    plan,
+                    &Effort::default(),
+                    &Watch::default(),
+                )
+            })?;
         }
         Ok(1e3 * best.0)
     };
@@ -198,14 +208,19 @@ fn fits() -> Result<(Fits, f64)> {
         whittle: time(&seen, &whittle)?,
         time: time(&felt, &plan(Objective::Time, None))?,
     };
+    let twenty = Effort {
+        starts: 20,
+        seed: 1,
+        ..Effort::default()
+    };
     let mut all = Best::new();
     all.time(|| {
-        (0..20_u32).into_par_iter().try_for_each(|i| {
-            let mut start = whittle.clone();
-            start.parameters.cornering_stiffness *= 0.7 + 0.03 * f64::from(i);
-            start.parameters.camber_stiffness *= 1.3 - 0.03 * f64::from(i);
-            fit(&seen, &start, &|_| {}).map(drop)
-        })
+        fit(
+            &[whittle.ridden(&seen)],
+            &whittle,
+            &twenty,
+            &Watch::default(),
+        )
     })?;
     Ok((fits, all.0))
 }
@@ -239,13 +254,19 @@ impl Bench {
                 "one ride of 24 s, 200 Hz, repaired, rider law; {} lanes of {}, one core",
                 self.lanes, self.isa
             ),
-            format!("  reference method, 1 ms  {:>9.1} rides/s", self.scalar_sims_per_s),
+            format!(
+                "  reference method, 1 ms  {:>9.1} rides/s",
+                self.scalar_sims_per_s
+            ),
             format!(
                 "  batch, {:.2} ms          {:>9.1} rides/s",
                 1e3 * self.batch_step_s,
                 self.batch_sims_per_s
             ),
-            format!("  batch, 1 ms             {:>9.1} rides/s", self.batch_at_1ms_sims_per_s),
+            format!(
+                "  batch, 1 ms             {:>9.1} rides/s",
+                self.batch_at_1ms_sims_per_s
+            ),
         ];
         let degrees = |error: Option<f64>| error.map_or_else(|| "-".into(), |e| format!("{e:.1e}"));
         lines.push(format!(

@@ -97,10 +97,11 @@ fn identity(rides: &[Ridden], plan: &Plan, seed: u64) -> String {
             parameters,
             speed,
             condition,
+            windows,
         } = ridden;
         let law = ride.law_in_loop;
         text += &format!(
-            "{parameters:?} {speed} {condition} {law:?}\n{}",
+            "{parameters:?} {speed} {condition} {law:?} {windows:?}\n{}",
             ride.to_csv()
         );
     }

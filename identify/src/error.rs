@@ -475,6 +475,13 @@ pub enum Error {
     /// A ride that would be counted twice.
     #[error("{ride}: expected each ride once, found it twice")]
     SameRide { ride: String },
+    /// An objective that does not offer what is asked.
+    #[error("{what} is offered for the objectives {expected}, not for {found}")]
+    Objective {
+        what: String,
+        expected: String,
+        found: &'static str,
+    },
     /// No ride at all.
     #[error("expected a ride, found none")]
     NoRides,

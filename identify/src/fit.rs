@@ -6,6 +6,7 @@ use crate::effort::{Effort, Further, Work};
 use crate::error::Result;
 use crate::free::Free;
 use crate::objective::amplitude::Amplitude;
+use crate::objective::frf::Frf;
 use crate::objective::time::{Replay, Time};
 use crate::objective::whittle::Whittle;
 use crate::objective::{Information, Objective};
@@ -175,9 +176,20 @@ fn explained(problem: &Problem, z: &DVector<f64>) -> Result<Vec<Explained>> {
             replays: ride.replays(z)?,
         })
     };
+    let response = |ride: &Frf, z: &DVector<f64>| {
+        Ok(Explained {
+            ride: String::new(),
+            noise: Vec::new(),
+            observations: ride.observations(),
+            misfit: ride.misfit(z)?,
+            steer_rate_deviation: None,
+            replays: Vec::new(),
+        })
+    };
     let explained: Vec<Result<Explained>> = match &problem.rides {
         Rides::Amplitude(spectra) | Rides::Whittle(spectra) => spectra.each(z, spectrum),
         Rides::Time(windows) => windows.each(z, replay),
+        Rides::Frf(responses) => responses.each(z, response),
     };
     let named = |(explained, name): (Result<Explained>, &String)| {
         Ok(Explained {

@@ -15,7 +15,7 @@ use serde::{Deserialize, Serialize};
 
 /// The objectives by name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
+#[serde(rename_all = "kebab-case")]
 pub enum Objective {
     /// Expected amplitude against measured amplitude in each bin: the paper's comparison.
     Amplitude,
@@ -23,11 +23,21 @@ pub enum Objective {
     Whittle,
     /// The recorded torque replayed in short windows with free initial states.
     Time,
+    /// Given windows in which the bicycle was left to itself, with free initial states.
+    FreeResponse,
+    /// The frequency response from the recorded torque, by CIFER's cost.
+    Frf,
 }
 
 impl Objective {
     /// All of them.
-    pub const ALL: [Self; 3] = [Self::Amplitude, Self::Whittle, Self::Time];
+    pub const ALL: [Self; 5] = [
+        Self::Amplitude,
+        Self::Whittle,
+        Self::Time,
+        Self::FreeResponse,
+        Self::Frf,
+    ];
 
     /// The name on the command line and in files.
     pub fn name(self) -> &'static str {
@@ -35,7 +45,34 @@ impl Objective {
             Self::Amplitude => "amplitude",
             Self::Whittle => "whittle",
             Self::Time => "time",
+            Self::FreeResponse => "free-response",
+            Self::Frf => "frf",
         }
+    }
+}
+
+impl Objective {
+    /// Whether nobody knows the torque, so that a remnant stands for it.
+    pub fn has_remnant(self) -> bool {
+        matches!(self, Self::Amplitude | Self::Whittle)
+    }
+
+    /// Refuses what only `those` offer.
+    pub(crate) fn check(self, what: &str, those: &[Self]) -> Result<()> {
+        if those.contains(&self) {
+            return Ok(());
+        }
+        let names: Vec<&str> = those.iter().map(|o| o.name()).collect();
+        Err(Error::Objective {
+            what: what.into(),
+            expected: names.join(", "),
+            found: self.name(),
+        })
+    }
+
+    /// Whether windows are replayed.
+    pub fn is_replayed(self) -> bool {
+        matches!(self, Self::Time | Self::FreeResponse)
     }
 }
 

@@ -7,6 +7,7 @@ use crate::ride::Ride;
 use crate::spectrum::{Recipe, Taper};
 use bicycle::simulate;
 use bicycle::{Bicycle, Excitation, Formulation, Instruments, Parameters, State};
+use std::ops::Range;
 
 /// A change of how a free parameter is sought.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -43,6 +44,8 @@ pub struct Ridden<'a> {
     pub speed: f64,
     /// Rides of one condition share what is free per condition.
     pub condition: String,
+    /// The windows of `free-response` [samples].
+    pub windows: Vec<Range<usize>>,
 }
 
 /// What is asked of a fit. `None` leaves the choice to what the ride has recorded.
@@ -68,8 +71,8 @@ pub struct Plan {
     pub ties: Vec<Tie>,
     /// How spectra are taken; the taper follows from the number of channels.
     pub recipe: Recipe,
-    /// Length of a window of the `time` objective [s].
-    pub window: f64,
+    /// Length of a window [s] of `time`, else .5, or of `frf`, else 10.
+    pub window: Option<f64>,
     /// Standard deviation of the noise of each channel [SI]; else estimated above 10 Hz.
     pub noise: Option<Vec<f64>>,
     /// Most iterations of a search.
@@ -92,7 +95,7 @@ impl Default for Plan {
             changes: Vec::new(),
             ties: Vec::new(),
             recipe: Recipe::default(),
-            window: 0.5,
+            window: None,
             noise: None,
             max_iterations: 100,
         }
@@ -110,6 +113,7 @@ impl Plan {
             parameters: self.parameters,
             speed: self.speed,
             condition: String::new(),
+            windows: Vec::new(),
         }
     }
 }
@@ -124,6 +128,8 @@ pub struct Resolved {
     pub free: Vec<Free>,
     /// How spectra are taken.
     pub recipe: Recipe,
+    /// Length of a window [s].
+    pub window: f64,
 }
 
 impl Resolved {
@@ -188,7 +194,7 @@ pub fn resolve(rides: &[Ridden], plan: &Plan) -> Result<Resolved> {
     let recorded = || SPECTRAL.into_iter().filter(|name| record(name)).collect();
     let channels = plan.channels.clone().unwrap_or_else(|| match objective {
         Objective::Amplitude => vec!["steer"],
-        Objective::Whittle | Objective::Time => recorded(),
+        _ => recorded(),
     });
     for (i, channel) in channels.iter().enumerate() {
         if channels[..i].contains(channel) {
@@ -217,7 +223,8 @@ pub fn resolve(rides: &[Ridden], plan: &Plan) -> Result<Resolved> {
         free.clone()
     } else {
         let names: &[&str] = match (objective, channels.len()) {
-            (Objective::Time, _) => &ALL,
+            (Objective::Time | Objective::Frf, _) => &ALL,
+            (Objective::FreeResponse, _) => &["viscous_friction"],
             (_, 3..) => &[
                 "cornering_stiffness",
                 "camber_stiffness",
@@ -233,7 +240,7 @@ pub fn resolve(rides: &[Ridden], plan: &Plan) -> Result<Resolved> {
             .collect::<Result<_>>()?
     };
     let intensity = |free: &Free| free.row.name == "remnant_intensity";
-    if objective != Objective::Time && !free.iter().any(intensity) {
+    if objective.has_remnant() && !free.iter().any(intensity) {
         free.push(Free::new("remnant_intensity")?);
     }
     for (name, change) in &plan.changes {
@@ -253,6 +260,10 @@ pub fn resolve(rides: &[Ridden], plan: &Plan) -> Result<Resolved> {
             taper,
             ..plan.recipe.clone()
         },
+        window: plan.window.unwrap_or(match objective {
+            Objective::Frf => 10.0,
+            _ => 0.5,
+        }),
     })
 }
 

@@ -4,6 +4,8 @@
 use crate::error::{Error, Result};
 use crate::free::{Candidate, Free, Variable};
 use crate::objective::amplitude::Amplitude;
+use crate::objective::free_response::free_response;
+use crate::objective::frf::Frf;
 use crate::objective::spectral::{Measured, Spectral};
 use crate::objective::time::{self, Time};
 use crate::objective::together::{Member, Together};
@@ -76,6 +78,8 @@ pub enum Rides {
     Whittle(Together<Whittle>),
     /// Replayed windows.
     Time(Together<Time>),
+    /// Frequency responses.
+    Frf(Together<Frf>),
 }
 
 /// Rides, what is sought in them and what is made small.
@@ -141,6 +145,7 @@ impl Problem {
                 t.members.iter().map(bins).sum::<usize>() * self.channels.len()
             }
             Rides::Time(t) => t.members.iter().map(|m| m.landscape.observations()).sum(),
+            Rides::Frf(t) => t.members.iter().map(|m| m.landscape.observations()).sum(),
         }
     }
 
@@ -197,6 +202,7 @@ impl Problem {
                 return renew_weights(spectra, near, &search(SPECTRAL));
             }
             Rides::Whittle(spectra) => minimise(spectra, start.clone(), &search(SPECTRAL))?,
+            Rides::Frf(responses) => minimise(responses, start.clone(), &search(SPECTRAL))?,
             Rides::Time(windows) => {
                 let search = search(REPLAYED);
                 let stages = time::stages(windows);
@@ -242,6 +248,7 @@ impl Problem {
     pub fn costs(&self, points: &[DVector<f64>]) -> Vec<Cost> {
         match &self.rides {
             Rides::Amplitude(spectra) | Rides::Whittle(spectra) => spectra.costs(points),
+            Rides::Frf(responses) => responses.costs(points),
             Rides::Time(_) => {
                 let worth = |z: &DVector<f64>| Cost::new(self.cost(z), || 0.0);
                 points.par_iter().map(worth).collect()
@@ -256,6 +263,7 @@ impl Problem {
                 weighted(spectra, z).map_or(f64::INFINITY, |together| together.cost(z))
             }
             Rides::Whittle(spectra) => spectra.cost(z),
+            Rides::Frf(responses) => responses.cost(z),
             Rides::Time(_) => {
                 let held: Vec<usize> = (0..self.shared()).collect();
                 let settled = self.search(z, &held, &Watch::default());
@@ -272,6 +280,7 @@ impl Problem {
             }),
             Rides::Whittle(spectra) => spectra.information(z, Whittle::information),
             Rides::Time(windows) => windows.information(z, Time::information),
+            Rides::Frf(responses) => responses.information(z, Frf::information),
         }
     }
 
@@ -282,6 +291,7 @@ impl Problem {
             Rides::Amplitude(spectra) => weighted(spectra, &z)?.quadratic(&z)?.curvature,
             Rides::Whittle(spectra) => spectra.quadratic(&z)?.curvature,
             Rides::Time(windows) => windows.quadratic(&with_blocks(windows, &z))?.curvature,
+            Rides::Frf(responses) => responses.quadratic(&z)?.curvature,
         };
         let largest = curvature.diagonal().amax();
         let deaf = (0..self.shared()).find(|&i| curvature[(i, i)] <= 1e-20 * largest);
@@ -374,8 +384,8 @@ fn build(
 ) -> Result<Rides> {
     let (channels, noise) = (&resolved.channels, plan.noise.as_deref());
     let factor = match resolved.objective {
-        Objective::Time => 1.0,
         Objective::Amplitude | Objective::Whittle => resolved.recipe.taper.covariance_factor(),
+        Objective::Time | Objective::FreeResponse | Objective::Frf => 1.0,
     };
     let priors: Vec<_> = variables.iter().map(|v| v.free.prior_variable()).collect();
     let spectra = || {
@@ -399,8 +409,30 @@ fn build(
                 channels,
                 resolved.unknowns(ridden, plan),
                 plan.formulation,
-                (ridden.speed, plan.window),
+                (ridden.speed, resolved.window),
                 noise,
+            )
+        })?),
+        Objective::FreeResponse => {
+            Rides::Time(together(rides, indices, &priors, factor, |ridden| {
+                free_response(
+                    ridden.ride,
+                    channels,
+                    resolved.unknowns(ridden, plan),
+                    plan.formulation,
+                    (ridden.speed, &ridden.windows),
+                    noise,
+                )
+            })?)
+        }
+        Objective::Frf => Rides::Frf(together(rides, indices, &priors, factor, |ridden| {
+            Frf::new(
+                ridden.ride,
+                channels,
+                resolved.unknowns(ridden, plan),
+                plan.formulation,
+                (ridden.speed, resolved.window),
+                resolved.recipe.band,
             )
         })?),
     })

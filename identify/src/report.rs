@@ -66,7 +66,7 @@ pub fn html(run: &Run, rides: &[Ride]) -> Result<String> {
         page += &section(&titled("Spectrum", i), &figure);
     }
     let caption = match fit.objective {
-        Objective::Time => REPLAY.into(),
+        Objective::Time | Objective::FreeResponse => REPLAY.into(),
         _ if lines.is_empty() => RESIDUAL.into(),
         _ => format!("{RESIDUAL} {LINES}"),
     };
@@ -213,7 +213,7 @@ fn assumptions(run: &Run) -> Result<Vec<String>> {
             .into_iter()
             .map(|note| format!("Ride: {note}.")),
     );
-    if fit.objective == Objective::Time {
+    if !fit.objective.has_remnant() {
         let law = if run.rides[0].start.law_in_loop {
             "The steer torque of the ride acts besides the bicycle’s steering law, which is \
              closed on the simulated state."

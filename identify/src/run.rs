@@ -16,6 +16,7 @@ use bicycle::{Input, Instruments, Parameters};
 use nalgebra::DVector;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
+use std::ops::Range;
 use std::path::Path;
 
 /// Where the ride came from.
@@ -81,6 +82,9 @@ pub struct Recorded {
     pub condition: String,
     /// The bicycle that was ridden.
     pub start: Start,
+    /// The windows of `free-response`: first sample, sample behind the last.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub windows: Vec<Range<usize>>,
 }
 
 /// A free parameter as it was asked for.
@@ -109,8 +113,8 @@ pub struct Asked {
     pub ties: Vec<(String, String)>,
     /// How spectra are taken.
     pub recipe: Recipe,
-    /// Length of a window of `time` [s].
-    pub window: f64,
+    /// Length of a window of `time` or `frf` [s], where given.
+    pub window: Option<f64>,
     /// Noise of the channels, where given [SI].
     pub noise: Option<Vec<f64>>,
     /// Most iterations of a search.
@@ -144,6 +148,7 @@ impl Recorded {
         Self {
             source,
             condition: ridden.condition.clone(),
+            windows: ridden.windows.clone(),
             start: Start {
                 bicycle: bicycle.into(),
                 formulation: plan.formulation.name().into(),
@@ -261,6 +266,7 @@ impl Run {
                 parameters: recorded.candidate()?.parameters,
                 speed: recorded.start.speed,
                 condition: recorded.condition.clone(),
+                windows: recorded.windows.clone(),
             })
         };
         rides.iter().zip(&self.rides).map(ridden).collect()
@@ -352,7 +358,7 @@ impl Run {
                 .each(&z, |ride, z| curves(&ride.spectral, z))
                 .into_iter()
                 .collect(),
-            Rides::Time(_) => Ok(Vec::new()),
+            Rides::Time(_) | Rides::Frf(_) => Ok(Vec::new()),
         }
     }
 
@@ -387,6 +393,9 @@ impl Run {
                     .collect()
             };
             return replayed.into_iter().zip(rides).map(trace).collect();
+        }
+        if let Rides::Frf(_) = &problem.rides {
+            return Ok(Vec::new());
         }
         let plan = self.plan()?;
         (0..rides.len())

@@ -86,6 +86,7 @@ impl Entry {
             parameters: self.bicycle.parameters,
             speed: self.bicycle.input.speed,
             condition: self.labels.to_string(),
+            windows: Vec::new(),
         }
     }
 }

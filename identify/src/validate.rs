@@ -11,6 +11,7 @@ use crate::effort::Effort;
 use crate::error::{Error, Result};
 use crate::fit::{Fit, fit};
 use crate::free::Variable;
+use crate::objective::Objective;
 use crate::objective::whittle::Whittle;
 use crate::plan::{Plan, Ridden};
 use crate::problem::{Problem, Rides};
@@ -115,7 +116,7 @@ pub fn validate(run: &Run, rides: &[Ride]) -> Result<Validation> {
         .iter()
         .map(|ride| held_out(&plan, &run.fit, ride, run))
         .collect::<Result<_>>()?;
-    let windows = plan.objective == Some(crate::objective::Objective::Time);
+    let windows = plan.objective == Some(Objective::Time);
     Ok(Validation {
         objective: run.fit.objective.name().into(),
         error_of: if windows {
@@ -206,6 +207,12 @@ pub fn criteria(problem: &Problem, fit: &Fit) -> Result<Criteria> {
                 "Fourier coefficients of all channels, less what the taper correlates",
             ))
         }
+        Rides::Frf(responses) => Ok(Criteria::new(
+            responses.cost(&z),
+            &problem.information(&z)?,
+            problem.observations() as f64,
+            "magnitudes and phases; the cost is no likelihood",
+        )),
         Rides::Time(windows) => {
             let held: Vec<usize> = (0..z.len()).collect();
             let outcome = problem.search(&z, &held, &Watch::default())?.outcome;
@@ -222,11 +229,13 @@ pub fn criteria(problem: &Problem, fit: &Fit) -> Result<Criteria> {
 
 /// `ride` under the estimates of `fit`: all held but the nuisances, which each ride has of its own.
 fn held_out(plan: &Plan, fit: &Fit, ride: &Ride, run: &Run) -> Result<HeldOut> {
+    run.fit.objective.check(
+        "validation",
+        &[Objective::Amplitude, Objective::Whittle, Objective::Time],
+    )?;
     let ridden = Ridden {
-        ride,
-        parameters: plan.parameters,
-        speed: plan.speed,
         condition: run.rides[0].condition.clone(),
+        ..plan.ridden(ride)
     };
     let problem = Problem::new(&[ridden], plan)?;
     let values: Vec<f64> = problem
@@ -255,6 +264,7 @@ fn held_out(plan: &Plan, fit: &Fit, ride: &Ride, run: &Run) -> Result<HeldOut> {
             let mut all = spectra.each(&point, |ride, z| foretold(&ride.spectral, z));
             spectrum = Some(all.remove(0)?);
         }
+        Rides::Frf(_) => {}
         Rides::Time(windows) => {
             let mut all = windows.each(&point, |windows, z| replayed(windows, z, ride));
             replays = all.remove(0)?;

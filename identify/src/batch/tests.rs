@@ -48,7 +48,10 @@ fn every_instruction_set_gives_the_same_ride() {
     };
     let plain = with(Isa::Portable);
     for isa in Isa::ALL.into_iter().filter(|isa| isa.is_present()) {
-        let apart = with(isa).iter().zip(&plain).fold(0.0, |m: f64, (a, b)| m.max((a - b).abs()));
+        let apart = with(isa)
+            .iter()
+            .zip(&plain)
+            .fold(0.0, |m: f64, (a, b)| m.max((a - b).abs()));
         // rounding, and what the ride makes of it
         assert!(apart < 1e-9, "{}: {apart:e} rad", isa.name());
     }
@@ -73,7 +76,10 @@ fn coefficients_folded_in_are_those_of_the_samples() {
         let size = naive.iter().map(|c| c.norm()).fold(0.0, f64::max);
         assert_eq!(naive.len(), band.len());
         for (naive, folded) in naive.iter().zip(band) {
-            assert!((naive - folded).norm() < 1e-11 * size, "{naive} and {folded}");
+            assert!(
+                (naive - folded).norm() < 1e-11 * size,
+                "{naive} and {folded}"
+            );
         }
     }
 }
@@ -82,7 +88,12 @@ fn coefficients_folded_in_are_those_of_the_samples() {
 fn torque_that_ends_before_the_ride_is_an_error() {
     let plan = Plan::of(2.0);
     let torque = torque(10);
-    let error = ride(&rides(&torque, 1), Formulation::Repaired, &plan, Wanted::Steer);
+    let error = ride(
+        &rides(&torque, 1),
+        Formulation::Repaired,
+        &plan,
+        Wanted::Steer,
+    );
     let error = error.expect_err("too short").to_string();
     assert_eq!(error, "torque: expected 400 samples or more, found 10");
 }

@@ -87,10 +87,15 @@ fn lanes() -> Result<Vec<Lane>> {
         trail,
         rearward,
     };
-    let pairs = [(0.13, 0.68), (0.13, 0.37), (0.085, 0.68), (0.085, 0.52), (0.085, 0.37)];
-    let of_section3 = pairs.map(|(trail, cog)| {
-        lane(case(trail, Rearward::CogToRear(cog)).parameters(&section3))
-    });
+    let pairs = [
+        (0.13, 0.68),
+        (0.13, 0.37),
+        (0.085, 0.68),
+        (0.085, 0.52),
+        (0.085, 0.37),
+    ];
+    let of_section3 =
+        pairs.map(|(trail, cog)| lane(case(trail, Rearward::CogToRear(cog)).parameters(&section3)));
     let of_nominal = [0.13, 0.085, 0.055]
         .map(|trail| lane(case(trail, Rearward::RearLoad(0.0)).parameters(&nominal)));
     Ok(of_section3.into_iter().chain(of_nominal).collect())
@@ -145,8 +150,12 @@ fn with_jumps(lane: &Lane, torque: &[f64], samples: usize) -> Result<Vec<f64>> {
         steer_torque,
         ..Input::ZERO
     };
-    let mut simulation =
-        Simulation::new(&exact, Formulation::Repaired, input(torque[0], lane.speed), 0.0)?;
+    let mut simulation = Simulation::new(
+        &exact,
+        Formulation::Repaired,
+        input(torque[0], lane.speed),
+        0.0,
+    )?;
     let mut steer = Vec::with_capacity(samples);
     for k in 0..samples {
         steer.push(simulation.state().steer);

@@ -63,8 +63,9 @@ pub fn build(path: &Path) -> Result<Built, String> {
     let folder = tempfile::tempdir().map_err(|e| e.to_string())?;
     let program = folder.path().join("yardstick");
     let (file, output) = (path.display().to_string(), program.display().to_string());
-    let words = call(&source, &file, &output)
-        .ok_or_else(|| format!("{file}: expected a line 'Build: COMPILER … FILE.cpp -o PROGRAM …'"))?;
+    let words = call(&source, &file, &output).ok_or_else(|| {
+        format!("{file}: expected a line 'Build: COMPILER … FILE.cpp -o PROGRAM …'")
+    })?;
     let run = |arguments: &[String]| {
         let output = Command::new(&words[0]).args(arguments).output();
         let output = output.map_err(|e| format!("{}: {e}", words[0]))?;

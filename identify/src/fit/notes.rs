@@ -16,11 +16,15 @@ pub(super) fn notes(problem: &Problem, z: &DVector<f64>, plan: &Plan) -> Result<
         Rides::Time(windows) => {
             let count: usize = windows.members.iter().map(|m| m.landscape.windows()).sum();
             Ok(vec![format!(
-                "{count} windows of {} s, each with a free initial state; standard errors from \
-                 the scatter between windows",
-                plan.window
+                "{count} windows, each with a free initial state; standard errors from the \
+                 scatter between windows"
             )])
         }
+        Rides::Frf(_) => Ok(vec![
+            "cost and weights are CIFER's, a convention; standard errors come from the random \
+             error of the measured responses"
+                .into(),
+        ]),
         Rides::Amplitude(spectra) | Rides::Whittle(spectra) => {
             let mut notes = vec![format!(
                 "torque not measured: assumed to be the rider law plus first-order noise with a \

@@ -5,7 +5,6 @@ use super::number::{exact, exact_with_unit};
 use super::words::words;
 use crate::figure::shown;
 use crate::free::{Free, Scope};
-use crate::objective::Objective;
 use crate::plan::Plan;
 use crate::ride::base;
 use crate::run::{Recorded, Run};
@@ -166,9 +165,10 @@ fn command(run: &Run) -> String {
     for (channel, noise) in fit.channels.iter().zip(asked.noise.iter().flatten()) {
         option("noise", format!("{channel}={noise}"));
     }
-    if fit.objective == Objective::Time {
-        option("window", asked.window.to_string());
-    } else {
+    if let Some(window) = asked.window {
+        option("window", window.to_string());
+    }
+    if !fit.objective.is_replayed() {
         option(
             "band",
             format!("{}:{}", asked.recipe.band.0, asked.recipe.band.1),

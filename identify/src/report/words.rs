@@ -48,7 +48,7 @@ fn channels(fit: &Fit, lost: &[&Estimate]) -> Vec<String> {
     let missing = ["roll_rate", "yaw_rate"];
     let missing: Vec<&&str> = missing.iter().filter(|name| !recorded(name)).collect();
     let missing_words = join(missing.iter().map(|name| words(name)));
-    if fit.objective == Objective::Time {
+    if !fit.objective.has_remnant() {
         let besides = match missing[..] {
             [] => String::new(),
             _ => format!("{missing_words} recorded besides, "),
@@ -121,7 +121,10 @@ fn friction(name: &str) -> bool {
 fn subject(fit: &Fit) -> String {
     let channels = join(fit.channels.iter().map(|name| words(name)));
     match (fit.objective, fit.channels.len()) {
-        (Objective::Time, _) => "This ride, although its steer torque was measured, does".into(),
+        (Objective::Time | Objective::Frf, _) => {
+            "This ride, although its steer torque was measured, does".into()
+        }
+        (Objective::FreeResponse, _) => "Free responses do".into(),
         (_, 1) => format!("{} alone does", capitalised(&channels)),
         _ => format!("{} of one ride do", capitalised(&channels)),
     }
@@ -183,7 +186,8 @@ impl Reading {
 /// What the objective compares.
 fn compared(fit: &Fit) -> &'static str {
     match (fit.objective, fit.channels.len()) {
-        (Objective::Time, _) => "the recorded motion",
+        (Objective::Time | Objective::FreeResponse, _) => "the recorded motion",
+        (Objective::Frf, _) => "the frequency responses",
         (Objective::Whittle, 2..) => "the spectra and cross-spectra",
         (_, 1) => "the spectrum",
         _ => "the spectra",
@@ -250,7 +254,10 @@ pub(super) fn misfit(fit: &Fit) -> String {
             "difference of measured and expected amplitude over its standard deviation"
         }
         Objective::Whittle => "Fourier coefficient over the model's cross-spectral matrix",
-        Objective::Time => "difference of record and replay over the noise of its channel",
+        Objective::Time | Objective::FreeResponse => {
+            "difference of record and replay over the noise of its channel"
+        }
+        Objective::Frf => "logarithm of measured over expected response over its random error",
     };
     let meaning = match Reading::of(fit) {
         Reading::Explained => {
@@ -299,7 +306,8 @@ pub(super) fn work(fit: &Fit) -> String {
         significant(fit.cost, 6),
         match fit.objective {
             Objective::Whittle => "−log likelihood but for a constant",
-            Objective::Amplitude | Objective::Time => "½ Σ r²",
+            Objective::Amplitude | Objective::Time | Objective::FreeResponse => "½ Σ r²",
+            Objective::Frf => "½ J of CIFER's",
         }
     )
 }

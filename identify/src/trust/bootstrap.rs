@@ -9,6 +9,7 @@
 use super::profile::COVERAGE;
 use crate::checkpoint::Journal;
 use crate::error::{Error, Result};
+use crate::objective::Objective;
 use crate::objective::spectral::Spectral;
 use crate::objective::time::Time;
 use crate::plan::{Plan, Ridden};
@@ -136,8 +137,13 @@ impl<'a> Bootstrap<'a> {
         z: &DVector<f64>,
         seed: u64,
     ) -> Result<Self> {
+        problem.objective.check(
+            "a bootstrap",
+            &[Objective::Amplitude, Objective::Whittle, Objective::Time],
+        )?;
         let mut plan = plan.clone();
         match &problem.rides {
+            Rides::Frf(_) => {}
             Rides::Time(windows) => {
                 // the seams between windows are not the sensors' noise
                 let n = windows.members.len() as f64;
@@ -173,7 +179,7 @@ impl<'a> Bootstrap<'a> {
     pub fn kind(&self) -> Kind {
         match self.problem.rides {
             Rides::Time(_) => Kind::Windows,
-            Rides::Amplitude(_) | Rides::Whittle(_) => Kind::Rides,
+            Rides::Amplitude(_) | Rides::Whittle(_) | Rides::Frf(_) => Kind::Rides,
         }
     }
 
@@ -201,6 +207,7 @@ impl<'a> Bootstrap<'a> {
                     .map(|((spectral, z), ridden)| simulated(spectral, z, ridden, rng.random()))
                     .collect()
             }
+            Rides::Frf(_) => Vec::new(),
             Rides::Time(windows) => {
                 let rides = windows.members.iter().zip(self.rides);
                 rides

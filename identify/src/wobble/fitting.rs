@@ -15,7 +15,7 @@ use identify::fit;
 use identify::free::{Free, Prior, Scale, Scope, Tie, all};
 use identify::import::Import;
 use identify::map::Map;
-use identify::objective::Objective;
+use identify::objective::{Objective, free_response};
 use identify::plan::{self, Change, Plan, Ridden};
 use identify::ride::{Ride, quantity as channel_row};
 use identify::run::{Recorded, Run, Source};
@@ -38,7 +38,7 @@ pub struct Fit {
     times: Option<String>,
     #[command(flatten)]
     bicycle: BicycleArguments,
-    /// amplitude, whittle or time; else by what was recorded
+    /// amplitude, whittle, time, free-response or frf; else by what was recorded
     #[arg(long, value_name = "NAME")]
     objective: Option<String>,
     /// Channels to look at, comma-separated; else by what was recorded
@@ -73,9 +73,13 @@ pub struct Fit {
     noise: Vec<String>,
     #[command(flatten)]
     spectrum: SpectrumArguments,
-    /// Length of a window of the time objective
-    #[arg(long, value_name = "TIME", default_value = "0.5s")]
-    window: String,
+    /// Length of a window: of time, else 0.5s, of frf, else 10s
+    #[arg(long, value_name = "TIME")]
+    window: Option<String>,
+    /// Windows of free-response: CSV with columns start, stop (s) or start_sample, stop_sample, and
+    /// where there are several rides, file
+    #[arg(long, value_name = "FILE")]
+    windows: Option<PathBuf>,
     /// Most iterations of a search
     #[arg(long, default_value_t = 100)]
     max_iterations: u64,
@@ -144,7 +148,12 @@ impl Fit {
         let mut plan = self.plan(&asked[0].bicycle)?;
         check_formulation(&asked)?;
         let rides: Vec<Ride> = asked.iter().map(|a| a.ride.clone()).collect();
-        let ridden: Vec<_> = asked.iter().map(Asked::ridden).collect();
+        let mut ridden: Vec<_> = asked.iter().map(Asked::ridden).collect();
+        if let Some(path) = &self.windows {
+            for ridden in &mut ridden {
+                ridden.windows = free_response::read(path, ridden.ride)?;
+            }
+        }
         if !self.noise.is_empty() {
             let channels = plan::resolve(&ridden, &plan)?.channels;
             plan.noise = Some(noise_of(&self.noise, &channels)?);
@@ -235,7 +244,11 @@ impl Fit {
             changes: self.changes()?,
             ties: self.ties()?,
             recipe: self.spectrum.recipe()?,
-            window: quantity("--window", &self.window, S)?,
+            window: self
+                .window
+                .as_deref()
+                .map(|text| quantity("--window", text, S))
+                .transpose()?,
             noise: None,
             max_iterations: self.max_iterations,
         })
@@ -363,6 +376,7 @@ impl Asked {
             parameters: self.bicycle.parameters,
             speed: self.bicycle.input.speed,
             condition: self.condition.clone(),
+            windows: Vec::new(),
         }
     }
 }
