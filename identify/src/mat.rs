@@ -8,7 +8,6 @@
 //! Columns are real vectors, lying or standing. A struct that stands alone is the table, its fields
 //! the columns; beside other vectors or structs they are called `struct.field`.
 
-mod inflate;
 #[cfg(test)]
 mod tests;
 #[cfg(feature = "mat73")]
@@ -16,7 +15,8 @@ mod v73;
 
 use crate::error::{Error, Result};
 use crate::import::table::Table;
-use inflate::inflate;
+use flate2::read::ZlibDecoder;
+use std::io::Read as _;
 
 /// Data types, table 1-1.
 pub(crate) mod kind {
@@ -80,6 +80,16 @@ pub(crate) fn is_hdf5(bytes: &[u8]) -> bool {
     [0, 512]
         .iter()
         .any(|&at| bytes.get(at..at + 8) == Some(signature))
+}
+
+/// Most bytes of a variable: what a damaged length would have us read is no ride.
+const MOST: u64 = 1 << 31;
+
+fn inflate(data: &[u8]) -> Option<Vec<u8>> {
+    let mut inflated = Vec::new();
+    let mut stream = ZlibDecoder::new(data).take(MOST);
+    stream.read_to_end(&mut inflated).ok()?;
+    Some(inflated)
 }
 
 /// The table in the MAT-file `bytes` of version 5, which `file` names.

@@ -1,5 +1,6 @@
 //! The report of a fit: one HTML file that needs nothing else, and its table as plain text.
 
+mod further;
 pub(crate) mod markup;
 pub(crate) mod number;
 pub(crate) mod plot;
@@ -79,6 +80,11 @@ pub fn html(run: &Run, rides: &[Ride]) -> Result<String> {
         };
         page += &section(&titled("Signals", i), &signals);
     }
+    for (i, responses) in run.responses(&problem)?.iter().enumerate() {
+        let figure = plot(&format!("response-{i}"), &plots::responses(responses), "", RESPONSE);
+        page += &section(&titled("Frequency response", i), &figure);
+    }
+    page += &further::sections(fit);
     if fit.parameters.len() > 1 {
         page += &section("Correlations", &correlations(fit));
     }
@@ -107,6 +113,8 @@ const RESIDUAL: &str = "Residual of the moving average. The model’s curve is a
     the fitted bicycle: it has the statistics that were fitted and shares nothing else with the \
     measured ride, so the two are not meant to coincide in time; only size and pace compare.";
 const LINES: &str = "The lines left out of the spectrum are in the measured curve only.";
+const RESPONSE: &str = "From the recorded torque to each channel, bins of a coherence of .6 and \
+    more; the weights fall with the coherence.";
 const FALLEN: &str = "The fitted bicycle falls or reaches its steer limit when it is simulated: \
     there is no ride to show.";
 const READING: &str = "Determined: the standard error is below .3 of the spread that the \

@@ -4,6 +4,7 @@ use crate::error::{Error, Result};
 use crate::file;
 use crate::fit::Fit;
 use crate::free::{Candidate, Free, Prior, Scale, Scope, Tie, Variable, rows};
+use crate::objective::frf::{Frf, Point};
 use crate::objective::spectral::Spectral;
 use crate::objective::time::Time;
 use crate::plan::{Plan, Ridden};
@@ -13,7 +14,7 @@ use crate::ride::Ride;
 use crate::spectrum::{Recipe, Taper, residual};
 use crate::synthesis::{SensorNoise, Synthesis};
 use bicycle::{Input, Instruments, Parameters};
-use nalgebra::DVector;
+use nalgebra::{Complex, DVector};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -349,7 +350,37 @@ pub struct Trace {
     pub model: Vec<f64>,
 }
 
+/// Measured and expected frequency response of a channel.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Responded {
+    /// Name of the channel.
+    pub channel: String,
+    /// Frequencies of the bins [Hz].
+    pub frequency: Vec<f64>,
+    /// Measured magnitude [dB of the channel's SI unit per N m].
+    pub magnitude: Vec<f64>,
+    /// Measured phase [°], the expected one's within half a turn.
+    pub phase: Vec<f64>,
+    /// Coherence γ².
+    pub coherence: Vec<f64>,
+    /// Magnitude of the fitted model [dB].
+    pub expected_magnitude: Vec<f64>,
+    /// Phase of the fitted model [°].
+    pub expected_phase: Vec<f64>,
+}
+
 impl Run {
+    /// Each ride's frequency responses beside those of the fitted model; none but for `frf`.
+    pub fn responses(&self, problem: &Problem) -> Result<Vec<Vec<Responded>>> {
+        match &problem.rides {
+            Rides::Frf(responses) => responses
+                .each(&problem.at(&self.values()), responded)
+                .into_iter()
+                .collect(),
+            _ => Ok(Vec::new()),
+        }
+    }
+
     /// Each ride's spectra beside those of the fitted model; none for `time`.
     pub fn curves(&self, problem: &Problem) -> Result<Vec<Vec<Curve>>> {
         let z = problem.at(&self.values());
@@ -460,6 +491,29 @@ fn trace(channel: &str, ride: &Ride, measured: Vec<f64>, model: Vec<f64>) -> Res
         measured,
         model,
     })
+}
+
+/// A ride's frequency responses beside those of the model at `z`.
+fn responded(frf: &Frf, z: &DVector<f64>) -> Result<Vec<Responded>> {
+    let model = frf.model(z)?;
+    let decibels = |z: &Complex<f64>| 20.0 * z.norm().log10();
+    let channels = frf.channels.iter().zip(&frf.points).zip(model);
+    let responded = channels.map(|((channel, points), model)| {
+        let of = |value: fn(&Point) -> f64| points.iter().map(value).collect();
+        let turned = |(point, model): (&Point, &Complex<f64>)| {
+            (model.arg() + (point.response / model).arg()).to_degrees()
+        };
+        Responded {
+            channel: (*channel).into(),
+            frequency: of(|p| p.frequency),
+            magnitude: points.iter().map(|p| decibels(&p.response)).collect(),
+            phase: points.iter().zip(&model).map(turned).collect(),
+            coherence: of(|p| p.coherence),
+            expected_magnitude: model.iter().map(decibels).collect(),
+            expected_phase: model.iter().map(|m| m.arg().to_degrees()).collect(),
+        }
+    });
+    Ok(responded.collect())
 }
 
 /// A ride's spectra beside those of the model at `z`.

@@ -1,5 +1,4 @@
 #![expect(clippy::unwrap_used, reason = "a failed import is a failed test")]
-use super::inflate::inflate;
 use crate::error::Result;
 use crate::import::Import;
 use crate::map::Map;
@@ -154,25 +153,6 @@ fn other_files_called_mat_say_how_to_save() {
         error,
         "old.mat: expected a MAT-file of version 5, found another file; save with `save -v7`"
     );
-}
-
-/// Streams of zlib 1.2.13 (Python's `zlib.compress` at levels 0, 9, and with fixed codes).
-#[test]
-fn streams_of_each_kind_of_block_are_inflated() {
-    let text = b"wobble wobble wobble";
-    let stored = [
-        b"\x78\x01\x01\x14\x00\xeb\xff".as_slice(),
-        text,
-        b"\x51\x6b\x07\xb2",
-    ]
-    .concat();
-    assert_eq!(inflate(&stored).as_deref(), Some(text.as_slice()));
-    let fixed = b"\x78\xda\x2b\xcf\x4f\x4a\xca\x49\x55\x28\x47\xa6\x00\x51\x6b\x07\xb2";
-    assert_eq!(inflate(fixed).as_deref(), Some(text.as_slice()));
-    assert_eq!(inflate(&fixed[..fixed.len() - 1]), None);
-    // a copy from before the beginning
-    assert_eq!(inflate(b"\x78\xda\x03\x02\x00"), None);
-    assert_eq!(inflate(b""), None);
 }
 
 #[cfg(not(feature = "mat73"))]
