@@ -171,6 +171,7 @@ const FRAC_PI_2_REST: f64 = 6.123233995736766e-17;
 
 /// Sine and cosine on ± π/4, coefficients of z = x², highest first (Cephes, Moshier 1984–2000,
 /// `sin.c`): sin x = x + x z S(z), cos x = 1 − z/2 + z² C(z).
+#[expect(clippy::excessive_precision, reason = "as their source prints them")]
 const SINE: [f64; 6] = [
     1.58962301576546568060e-10,
     -2.50507477628578072866e-8,
@@ -179,6 +180,7 @@ const SINE: [f64; 6] = [
     8.33333333332211858878e-3,
     -1.66666666666666307295e-1,
 ];
+#[expect(clippy::excessive_precision, reason = "as their source prints them")]
 const COSINE: [f64; 6] = [
     -1.13585365213876817300e-11,
     2.08757008419747316778e-9,
@@ -189,6 +191,7 @@ const COSINE: [f64; 6] = [
 ];
 /// Arctangent on ± 7/16, coefficients of z = x², highest first (fdlibm, Sun 1993, `s_atan.c`):
 /// atan x = x − x z A(z).
+#[expect(clippy::excessive_precision, reason = "as their source prints them")]
 const ARCTANGENT: [f64; 11] = [
     1.62858201153657823623e-02,
     -3.65315727442169155270e-02,

@@ -31,7 +31,7 @@ pub(super) fn ride<T: Pack, M: Remainder<T, D, R>, const D: usize, const R: usiz
     see: &mut impl See<T>,
 ) -> Ended {
     let m = system.remainder;
-    let mut powers = Powers::new(system.matrix, plan.step() * 0.5_f64.powi(START[0].0 as i32));
+    let mut powers = Powers::new(system.matrix, plan.step() / f64::from(1_u32 << START[0].0));
     let mut motion = Motion::new(m, x);
     let (mut sample, mut derivatives) = (0, 1);
     for (halvings, steps) in START.into_iter().chain([(0, usize::MAX)]) {

@@ -1,4 +1,8 @@
 //! One step of the two-step method.
+#![expect(
+    clippy::needless_range_loop,
+    reason = "rows and columns are counted as in the formulae"
+)]
 
 use super::exponential::Weights;
 use crate::lanes::Pack;
@@ -87,7 +91,7 @@ pub(super) struct Motion<T, const D: usize, const R: usize> {
 
 impl<T: Pack, const D: usize, const R: usize> Motion<T, D, R> {
     /// At rest in its past: the first step is then one of first order, and has to be short.
-    #[inline(always)]
+    #[inline(never)]
     pub fn new<M: Remainder<T, D, R>>(m: &M, x: [T; D]) -> Self {
         let rest = m.at(&x);
         let [square, rate_square] = m.widths();

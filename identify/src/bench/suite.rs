@@ -66,12 +66,12 @@ impl Excitation {
     }
 }
 
-fn lane(parameters: Parameters) -> Lane {
+fn lane(parameters: &Parameters) -> Lane {
     Lane {
         parameters: Parameters {
             steer_smoothing: 1e-3,
             steer_rate_smoothing: 1e-2,
-            ..parameters
+            ..*parameters
         },
         speed: SPEED,
         start: parameters.start(),
@@ -94,10 +94,10 @@ fn lanes() -> Result<Vec<Lane>> {
         (0.085, 0.52),
         (0.085, 0.37),
     ];
-    let of_section3 =
-        pairs.map(|(trail, cog)| lane(case(trail, Rearward::CogToRear(cog)).parameters(&section3)));
+    let of_section3 = pairs
+        .map(|(trail, cog)| lane(&case(trail, Rearward::CogToRear(cog)).parameters(&section3)));
     let of_nominal = [0.13, 0.085, 0.055]
-        .map(|trail| lane(case(trail, Rearward::RearLoad(0.0)).parameters(&nominal)));
+        .map(|trail| lane(&case(trail, Rearward::RearLoad(0.0)).parameters(&nominal)));
     Ok(of_section3.into_iter().chain(of_nominal).collect())
 }
 
@@ -106,7 +106,7 @@ pub fn alike(count: usize) -> Vec<Lane> {
     let different = |i: usize| {
         let factor = 1.0 + 0.02 * i as f64 / count as f64;
         let p = Parameters::default();
-        lane(Parameters {
+        lane(&Parameters {
             cornering_stiffness: factor * p.cornering_stiffness,
             coulomb_friction: factor * p.coulomb_friction,
             roll_start: -0.05,

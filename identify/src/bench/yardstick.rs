@@ -22,6 +22,7 @@ pub struct Yardstick {
 
 impl Yardstick {
     /// The faster of each.
+    #[must_use]
     pub fn better(self, other: Option<Self>) -> Self {
         let Some(other) = other else { return self };
         Self {
@@ -48,7 +49,7 @@ fn call(source: &str, file: &str, program: &str) -> Option<Vec<String>> {
     let mut words: Vec<String> = line[..end].split_whitespace().map(Into::into).collect();
     let output = words.iter().position(|word| word == "-o")? + 1;
     *words.get_mut(output)? = program.into();
-    let is_source = |word: &&mut String| word.ends_with(".cpp");
+    let is_source = |word: &&mut String| Path::new(word).extension().is_some_and(|e| e == "cpp");
     *words.iter_mut().find(is_source)? = file.into();
     if Isa::best() == Isa::Avx2 {
         words.extend(["-DW=4".into(), "-DNG=4".into()]);
