@@ -42,7 +42,7 @@ pub(super) fn ride<T: Pack, M: Remainder<T, D, R>, const D: usize, const R: usiz
         motion.lengthen();
         while sample < until {
             if watch.is_down(sample, motion.x[2], motion.x[3]) {
-                motion = Motion::new(m, watch.raised(motion.x));
+                motion.raise(m, watch.fallen());
             }
             see.sample(sample, &widened(&motion.x));
             sample += 1;

@@ -39,7 +39,8 @@ pub(super) fn ride<T: Pack>(
     let mut derivatives = 0;
     for sample in 0..plan.samples {
         if watch.is_down(sample, x.roll, x.steer) {
-            x = State::from_array(watch.raised(x.to_array()));
+            let fallen = watch.fallen();
+            x = x.map(|row| T::from_fn(|lane| if fallen[lane] { 0.0 } else { row.lane(lane) }));
         }
         see.sample(sample, &x);
         if sample + 1 == plan.samples {

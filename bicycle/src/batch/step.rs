@@ -104,6 +104,29 @@ impl<T: Pack, const D: usize, const R: usize> Motion<T, D, R> {
         }
     }
 
+    /// Starts the lanes that have `fallen` anew, upright; the others do not notice.
+    #[inline(never)]
+    pub fn raise<M: Remainder<T, D, R>>(&mut self, m: &M, fallen: &[bool]) {
+        let pick = |new: T, old: T| {
+            T::from_fn(|lane| {
+                if fallen[lane] {
+                    new.lane(lane)
+                } else {
+                    old.lane(lane)
+                }
+            })
+        };
+        self.x = self.x.map(|row| pick(T::from(0.0), row));
+        let fresh = Self::new(m, self.x);
+        for (own, new) in self.rests.iter_mut().zip(&fresh.rests) {
+            for (own, new) in own.smooth.iter_mut().zip(new.smooth) {
+                *own = pick(new, *own);
+            }
+            own.sign_torque = pick(new.sign_torque, own.sign_torque);
+        }
+        self.jumps = pick(fresh.jumps, self.jumps);
+    }
+
     /// From here on each step is twice as long.
     #[inline(always)]
     pub fn lengthen(&mut self) {

@@ -66,17 +66,9 @@ impl<T: Pack> Watch<T> {
         self.fallen.contains(&true)
     }
 
-    /// `x` with the fallen lanes upright, so that they do not disturb the others.
-    pub fn raised<const D: usize>(&self, x: [T; D]) -> [T; D] {
-        x.map(|row| {
-            T::from_fn(|lane| {
-                if self.fallen[lane] {
-                    0.0
-                } else {
-                    row.lane(lane)
-                }
-            })
-        })
+    /// Which lanes go on from upright, so that they do not disturb the others.
+    pub fn fallen(&self) -> &[bool] {
+        &self.fallen
     }
 
     /// Why and when each lane stopped.
