@@ -81,7 +81,12 @@ pub fn html(run: &Run, rides: &[Ride]) -> Result<String> {
         page += &section(&titled("Signals", i), &signals);
     }
     for (i, responses) in run.responses(&problem)?.iter().enumerate() {
-        let figure = plot(&format!("response-{i}"), &plots::responses(responses), "", RESPONSE);
+        let figure = plot(
+            &format!("response-{i}"),
+            &plots::responses(responses),
+            "",
+            RESPONSE,
+        );
         page += &section(&titled("Frequency response", i), &figure);
     }
     page += &further::sections(fit);

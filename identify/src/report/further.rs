@@ -91,7 +91,10 @@ fn profiles(profiles: &[Profile], fit: &Fit) -> String {
         let unit = unit_of(fit, &p.name);
         let end = |v: Option<f64>| v.map_or_else(|| "open".into(), |v| with_unit(v, &unit, 3));
         let cells = [with_unit(p.value, &unit, 4), end(p.lower), end(p.upper)];
-        (escape(&words(&p.name)), cells.map(|text| cell(&escape(&text))).to_vec())
+        (
+            escape(&words(&p.name)),
+            cells.map(|text| cell(&escape(&text))).to_vec(),
+        )
     };
     let rows: Vec<_> = profiles.iter().map(row).collect();
     let heads = ["parameter", "estimate", "95 % from", "to"].map(str::to_owned);
@@ -122,7 +125,13 @@ fn resampled(bootstrap: &Resampled, fit: &Fit) -> String {
             (escape(&words(&row.name)), cells)
         })
         .collect();
-    let heads = ["parameter", "std. error", "bias", "95 %, percentile", "95 %, basic"];
+    let heads = [
+        "parameter",
+        "std. error",
+        "bias",
+        "95 %, percentile",
+        "95 %, basic",
+    ];
     let text = format!(
         "{} fits of data made again ({}), seed {}; {} of {} without an estimate.",
         bootstrap.jobs,
@@ -140,15 +149,29 @@ fn resampled(bootstrap: &Resampled, fit: &Fit) -> String {
 fn reduced(reduction: &Reduction) -> String {
     let percent = |v: Option<f64>| v.map_or_else(|| "∞".into(), |v| format!("{:.1} %", 100.0 * v));
     let kept = reduction.kept.iter().map(|s| {
-        let cells = [percent(s.insensitivity), percent(s.cramer_rao), "kept".into()];
-        (escape(&words(&s.name)), cells.map(|text| cell(&text)).to_vec())
+        let cells = [
+            percent(s.insensitivity),
+            percent(s.cramer_rao),
+            "kept".into(),
+        ];
+        (
+            escape(&words(&s.name)),
+            cells.map(|text| cell(&text)).to_vec(),
+        )
     });
     let dropped = reduction.dropped.iter().map(|d| {
         let unit = Free::new(&d.sensitivity.name).map_or("", |f| f.row.unit.symbol);
         let fate = format!("left out, held at {}", with_unit(d.fixed_at, unit, 4));
         let s = &d.sensitivity;
-        let cells = [percent(s.insensitivity), percent(s.cramer_rao), escape(&fate)];
-        (escape(&words(&s.name)), cells.map(|text| cell(&text)).to_vec())
+        let cells = [
+            percent(s.insensitivity),
+            percent(s.cramer_rao),
+            escape(&fate),
+        ];
+        (
+            escape(&words(&s.name)),
+            cells.map(|text| cell(&text)).to_vec(),
+        )
     });
     let rows: Vec<_> = kept.chain(dropped).collect();
     let heads = ["parameter", "insensitivity", "Cramér–Rao", ""].map(str::to_owned);

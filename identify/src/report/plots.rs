@@ -134,9 +134,7 @@ pub(super) fn responses(responses: &[Responded]) -> Vec<Panel> {
             &r.frequency,
             measured.to_vec(),
         ))];
-        series.extend(
-            model.map(|y| Series::Line(points("model", BLUE, &r.frequency, y.to_vec()))),
-        );
+        series.extend(model.map(|y| Series::Line(points("model", BLUE, &r.frequency, y.to_vec()))));
         Panel {
             x: Axis::linear("frequency [Hz]"),
             y,
