@@ -166,13 +166,17 @@ pub fn apart(p: &Parameters, formulation: Formulation, speed: f64) -> Apart {
 /// that factor is the difference between sign θ = 1 and 0. The path angle enters it with its slope
 /// at rest.
 fn steer_sign_products(p: &Parameters, formulation: Formulation, speed: f64) -> Vec<DMatrix<f64>> {
-    const N: usize = State::LEN;
+    // the rows that the paper's formulations move
+    const N: usize = 5;
     type Second = Dual2SVec64<N>;
     let dual = Bicycle::new(&p.map(Second::from), formulation);
+    debug_assert_eq!(dual.order(), N, "rows that move");
     let x = State::from_array(std::array::from_fn(|i| {
         let mut value = Second::from(0.0);
-        value.v1 =
-            num_dual::Derivative::derivative_generic(nalgebra::Const::<1>, nalgebra::Const::<N>, i);
+        if i < N {
+            let (row, column) = (nalgebra::Const::<1>, nalgebra::Const::<N>);
+            value.v1 = num_dual::Derivative::derivative_generic(row, column, i);
+        }
         value
     }));
     let u = Input {

@@ -81,10 +81,12 @@ pub struct ClosedLoop {
 
 /// Passes of the linearisation at most.
 const PASSES: usize = 60;
-/// Relative change of a variance below which Newton's method goes on: its error squares from there.
+/// Relative change of a variance after which nothing but round-off is left to change.
+const ARRIVED: f64 = 1e-13;
+/// Newton's method goes on where a pass changes less than `NEAR`, but not `FAST` times less than
+/// the one before. Its error squares: below √[`ARRIVED`] once more is enough.
 const NEAR: f64 = 0.3;
-/// Relative change after which the square of it is below round-off.
-const ARRIVED: f64 = 1e-8;
+const FAST: f64 = 0.1;
 
 /// One pass: the loop with the mean gains of a covariance, and the covariance of that loop.
 struct Pass {
@@ -197,15 +199,19 @@ impl ClosedLoop {
         let mut change = f64::INFINITY;
         for _ in 0..PASSES {
             let pass = Pass::new(&gains, drive, &covariance)?;
-            change = difference(&covariance, &pass.covariance);
-            let step = (change < NEAR)
+            let before = std::mem::replace(&mut change, difference(&covariance, &pass.covariance));
+            let step = (change < NEAR && change > FAST * before)
                 .then(|| pass.feedback(&gains, &covariance))
                 .and_then(|f| f.solve(&packed(&(&pass.covariance - &covariance))));
-            let newton = step.map(|step| &covariance + unpacked(n, &step));
-            covariance = newton
-                .filter(|p| p.diagonal().iter().all(|v| *v > 0.0))
-                .unwrap_or(pass.covariance);
-            if change < ARRIVED {
+            let newton = step
+                .map(|step| &covariance + unpacked(n, &step))
+                .filter(|p| p.diagonal().iter().all(|v| *v > 0.0));
+            let arrived = match newton {
+                Some(_) => ARRIVED.sqrt(),
+                None => ARRIVED,
+            };
+            covariance = newton.unwrap_or(pass.covariance);
+            if change < arrived {
                 let state = gains.state(&covariance);
                 if linear::eigenvalues(&state)[0].re >= 0.0 {
                     return Err(unstable(&state));

@@ -41,30 +41,31 @@ impl Scaled<'_> {
         c.select_rows(channels) * DMatrix::from_diagonal(&self.units)
     }
 
-    /// Motion of the states under torque of density 1, and what is seen of it in `channels`.
-    fn motion(&self, channels: &[usize], omega: &DVector<f64>) -> (Motion, Motion) {
+    /// Motion of the states under torque of density 1.
+    fn motion(&self, omega: &[f64]) -> Motion {
         let ClosedLoop { gains, state, .. } = self.closed_loop;
-        let x = response(&self.state(state), &self.torque(&torque(gains)), omega);
-        let y = x.through(&self.seen(&gains.parts.seen, channels));
-        (x, y)
+        let all = DMatrix::identity(self.units.len(), self.units.len());
+        let torque = self.torque(&torque(gains));
+        response(&all, &self.state(state), &torque, omega)
     }
 
-    /// Derivatives of what is seen: `dC x + C (iω − A)⁻¹ (dA x + dB)`, without those of the size
-    /// of the torque.
+    /// Derivatives of what is seen in `channels` of the motion `x`: `dC x + C (iω − A)⁻¹
+    /// (dA x + dB)`, without those of the size of the torque.
     fn slopes(
         &self,
         channels: &[usize],
-        omega: &DVector<f64>,
+        omega: &[f64],
         x: &Motion,
         changes: &[Change],
     ) -> Vec<Motion> {
         let ClosedLoop { gains, state, .. } = self.closed_loop;
         // rows of C (iω − A)⁻¹: responses of the transposed system
+        let all = DMatrix::identity(self.units.len(), self.units.len());
         let back = self.state(state).transpose();
         let seen = self.seen(&gains.parts.seen, channels);
         let back: Vec<Motion> = seen
             .row_iter()
-            .map(|row| response(&back, &row.transpose(), omega))
+            .map(|row| response(&all, &back, &row.transpose(), omega))
             .collect();
         let slope = |change: &Change| {
             let mut slope = x.through(&self.seen(&change.seen, channels));
@@ -180,12 +181,13 @@ impl ClosedLoop {
         step: f64,
         changes: &[Change],
     ) -> Expansion {
-        let omega = DVector::from_vec(kernel.frequencies.clone()) * TAU;
+        let omega: Vec<f64> = kernel.frequencies.iter().map(|f| TAU * f).collect();
         let scaled = Scaled {
             closed_loop: self,
             units: self.covariance.diagonal().map(f64::sqrt),
         };
-        let (x, y) = scaled.motion(channels, &omega);
+        let x = scaled.motion(&omega);
+        let y = x.through(&scaled.seen(&self.gains.parts.seen, channels));
         let (mut real, mut imaginary) = densities(&y, None);
         if !changes.is_empty() {
             let slopes = scaled.slopes(channels, &omega, &x, changes);
@@ -203,7 +205,8 @@ impl ClosedLoop {
                 imaginary.append(&mut im);
             }
         }
-        let power = omega.map(|w| self.remnant_density(w).0);
+        let power = omega.iter().map(|w| self.remnant_density(*w).0);
+        let power = DVector::from_iterator(omega.len(), power);
         let weighted = |columns: Vec<f64>| {
             let count = columns.len() / power.len();
             let mut columns = DMatrix::from_vec(power.len(), count, columns);

@@ -1,5 +1,6 @@
 //! (iω − A)⁻¹ b at many frequencies.
 
+use bicycle::State;
 use nalgebra::{DMatrix, DVector};
 
 /// Complex rows over frequencies: one row a frequency, real and imaginary parts apart.
@@ -12,60 +13,113 @@ pub(super) struct Motion {
 impl Motion {
     /// Each row mapped by `matrix`: x ↦ `matrix` x.
     pub fn through(&self, matrix: &DMatrix<f64>) -> Self {
-        let transpose = matrix.transpose();
-        Self {
-            re: &self.re * &transpose,
-            im: &self.im * &transpose,
+        let mut mapped = Self {
+            re: DMatrix::zeros(self.re.nrows(), matrix.nrows()),
+            im: DMatrix::zeros(self.im.nrows(), matrix.nrows()),
+        };
+        // changes of a loop are mostly zeros
+        for j in 0..matrix.ncols() {
+            for (i, &factor) in matrix.column(j).iter().enumerate() {
+                if factor != 0.0 {
+                    let (mut re, mut im) = (mapped.re.column_mut(i), mapped.im.column_mut(i));
+                    re.axpy(factor, &self.re.column(j), 1.0);
+                    im.axpy(factor, &self.im.column(j), 1.0);
+                }
+            }
         }
+        mapped
     }
 }
 
-/// `(iω − A)⁻¹ b` for the angular frequencies `omega`.
+/// Frequencies taken together, so that they fill vector registers.
+const TOGETHER: usize = 8;
+type Together = [f64; TOGETHER];
+
+/// `rows · (iω − A)⁻¹ b` for the angular frequencies `omega`; at most [`State::LEN`] states.
 ///
 /// In the orthonormal basis V that Arnoldi's process makes of b, A b, A² b, … the matrix is a
 /// Hessenberg matrix H and b a multiple of the first vector. The rows of `(iω − H) x = e_1` below
 /// the first then give x from its last entry upwards, and the first row its size (Hyman's method:
 /// Wilkinson 1965, *The Algebraic Eigenvalue Problem*, ch. 7 §11). Each row is solved to round-off,
 /// whatever the eigenvectors; what b does not reach does not move and is left out.
-pub(super) fn response(a: &DMatrix<f64>, b: &DVector<f64>, omega: &DVector<f64>) -> Motion {
+pub(super) fn response(
+    rows: &DMatrix<f64>,
+    a: &DMatrix<f64>,
+    b: &DVector<f64>,
+    omega: &[f64],
+) -> Motion {
     let (h, basis) = arnoldi(a, b);
-    let (m, count) = (h.nrows(), omega.len());
-    if m == 0 {
-        let still = DMatrix::zeros(count, a.nrows());
-        return Motion {
-            re: still.clone(),
-            im: still,
-        };
-    }
-    let mut x = Motion {
-        re: DMatrix::zeros(count, m),
-        im: DMatrix::zeros(count, m),
+    let rows = rows * basis * b.norm();
+    let mut seen = Motion {
+        re: DMatrix::zeros(omega.len(), rows.nrows()),
+        im: DMatrix::zeros(omega.len(), rows.nrows()),
     };
-    x.re.column_mut(m - 1).fill(1.0);
+    if h.nrows() == 0 {
+        return seen;
+    }
+    for (chunk, frequencies) in omega.chunks(TOGETHER).enumerate() {
+        let mut w = [0.0; TOGETHER];
+        w[..frequencies.len()].copy_from_slice(frequencies);
+        let (re, im) = hyman(&h, &w);
+        let place = chunk * TOGETHER..chunk * TOGETHER + frequencies.len();
+        for (i, row) in rows.row_iter().enumerate() {
+            let (mut sum_re, mut sum_im) = ([0.0; TOGETHER], [0.0; TOGETHER]);
+            for (j, factor) in row.iter().enumerate() {
+                add(&mut sum_re, *factor, &re[j]);
+                add(&mut sum_im, *factor, &im[j]);
+            }
+            let count = frequencies.len();
+            let (mut re, mut im) = (seen.re.column_mut(i), seen.im.column_mut(i));
+            re.as_mut_slice()[place.clone()].copy_from_slice(&sum_re[..count]);
+            im.as_mut_slice()[place.clone()].copy_from_slice(&sum_im[..count]);
+        }
+    }
+    seen
+}
+
+/// `sum + factor · x`.
+fn add(sum: &mut Together, factor: f64, x: &Together) {
+    for (sum, x) in sum.iter_mut().zip(x) {
+        *sum += factor * x;
+    }
+}
+
+/// x of `(iω − H) x = e_1`, real and imaginary parts.
+fn hyman(h: &DMatrix<f64>, omega: &Together) -> ([Together; State::LEN], [Together; State::LEN]) {
+    let mut re = [[0.0; TOGETHER]; State::LEN];
+    let mut im = re;
+    let m = h.nrows();
+    re[m - 1] = [1.0; TOGETHER];
     for i in (0..m).rev() {
         // row i of (iω − H) x, but for x_{i−1}
-        let row = h.row(i).columns(i, m - i).transpose();
-        let mut re = -x.im.column(i).component_mul(omega);
-        re.gemv(-1.0, &x.re.columns(i, m - i), &row, 1.0);
-        let mut im = x.re.column(i).component_mul(omega);
-        im.gemv(-1.0, &x.im.columns(i, m - i), &row, 1.0);
+        let (mut row_re, mut row_im) = ([0.0; TOGETHER], [0.0; TOGETHER]);
+        for k in 0..TOGETHER {
+            row_re[k] = -omega[k] * im[i][k];
+            row_im[k] = omega[k] * re[i][k];
+        }
+        for j in i..m {
+            add(&mut row_re, -h[(i, j)], &re[j]);
+            add(&mut row_im, -h[(i, j)], &im[j]);
+        }
         if i > 0 {
-            x.re.set_column(i - 1, &(re / h[(i, i - 1)]));
-            x.im.set_column(i - 1, &(im / h[(i, i - 1)]));
+            let inverse = 1.0 / h[(i, i - 1)];
+            add(&mut re[i - 1], inverse, &row_re);
+            add(&mut im[i - 1], inverse, &row_im);
             continue;
         }
-        let size = b.norm();
-        for (re, im) in re.iter_mut().zip(im.iter_mut()) {
-            let square = *re * *re + *im * *im;
-            (*re, *im) = (size * *re / square, -size * *im / square);
+        for k in 0..TOGETHER {
+            let square = row_re[k] * row_re[k] + row_im[k] * row_im[k];
+            (row_re[k], row_im[k]) = (row_re[k] / square, -row_im[k] / square);
         }
-        for (mut u, mut v) in x.re.column_iter_mut().zip(x.im.column_iter_mut()) {
-            for (((u, v), re), im) in u.iter_mut().zip(v.iter_mut()).zip(&re).zip(&im) {
-                (*u, *v) = (*u * re - *v * im, *u * im + *v * re);
+        for j in 0..m {
+            for k in 0..TOGETHER {
+                let (u, v) = (re[j][k], im[j][k]);
+                re[j][k] = u * row_re[k] - v * row_im[k];
+                im[j][k] = u * row_im[k] + v * row_re[k];
             }
         }
     }
-    x.through(&basis)
+    (re, im)
 }
 
 /// H = Vᵀ A V and V, its first column along `b`; as many columns as `b` reaches.
