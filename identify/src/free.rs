@@ -18,11 +18,16 @@ pub const ALL: [&str; 4] = [
     "coulomb_friction",
 ];
 
-/// Those of them that a formulation has: wheels that do not slip have no tyres.
+/// Whether the equations of a formulation have the row called `name`: wheels that do not slip have
+/// no tyres.
+pub fn has(formulation: Formulation, name: &str) -> bool {
+    formulation != Formulation::Whipple || !name.ends_with("_stiffness")
+}
+
+/// Those of [`ALL`] that a formulation has.
 pub fn all(formulation: Formulation) -> Vec<&'static str> {
-    let slips = formulation != Formulation::Whipple;
-    let known = |name: &&str| slips || !name.ends_with("_stiffness");
-    ALL.into_iter().filter(known).collect()
+    let known = ALL.into_iter().filter(|name| has(formulation, name));
+    known.collect()
 }
 
 /// Where the value of a free parameter goes.

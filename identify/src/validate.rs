@@ -10,7 +10,7 @@ use crate::bicycles::formulation;
 use crate::effort::Effort;
 use crate::error::{Error, Result};
 use crate::fit::{Fit, fit};
-use crate::free::Variable;
+use crate::free::{Variable, has};
 use crate::objective::Objective;
 use crate::objective::whittle::Whittle;
 use crate::plan::{Plan, Ridden};
@@ -156,12 +156,10 @@ fn weigh(run: &Run, fitted: &[Ride], rides: &[Ride], reading: Formulation) -> Re
     plan.formulation = reading;
     // one noise for all: likelihoods are of the same observations
     plan.noise = plan.noise.or_else(|| shared_noise(&run.fit));
-    // wheels that do not slip have no tyres
-    let known = |name: &str| reading != Formulation::Whipple || !name.ends_with("_stiffness");
     if let Some(free) = &mut plan.free {
-        free.retain(|f| known(f.row.name));
+        free.retain(|f| has(reading, f.row.name));
     }
-    plan.ties.retain(|tie| known(tie.leader.name));
+    plan.ties.retain(|tie| has(reading, tie.leader.name));
     let (problem, fit) = fit(
         &run.ridden(fitted)?,
         &plan,
