@@ -12,6 +12,8 @@ use crate::error::{Error, Result};
 use crate::objective::Objective;
 use crate::objective::spectral::Spectral;
 use crate::objective::time::Time;
+use crate::objective::together::{Member, Together};
+use crate::objective::whittle::Whittle;
 use crate::plan::{Plan, Ridden};
 use crate::problem::{Problem, Rides};
 use crate::progress::{Event, Watch};
@@ -154,10 +156,7 @@ impl<'a> Bootstrap<'a> {
                 plan.noise = Some((0..problem.channels.len()).map(mean_square).collect());
             }
             Rides::Amplitude(spectra) | Rides::Whittle(spectra) => {
-                let lines = |m: &crate::objective::together::Member<_>| {
-                    let whittle: &crate::objective::whittle::Whittle = &m.landscape;
-                    whittle.spectral.measured.lines.len()
-                };
+                let lines = |m: &Member<Whittle>| m.landscape.spectral.measured.lines.len();
                 if let Some(found) = spectra.members.iter().map(lines).find(|&n| n > 1) {
                     return Err(Error::Form {
                         expected: "a bootstrap of rides with one masked line at most",
@@ -225,6 +224,16 @@ impl<'a> Bootstrap<'a> {
             })
             .collect();
         let problem = Problem::new(&ridden, &self.plan)?;
+        if let (Rides::Time(windows), Rides::Time(redrawn)) = (&self.problem.rides, &problem.rides)
+        {
+            let count = |rides: &Together<Time>| -> usize {
+                rides.members.iter().map(|m| m.landscape.windows()).sum()
+            };
+            if count(redrawn) != count(windows) {
+                let why = "a seam between windows was taken for a glitch of the sensor";
+                return Err(Error::Search(why.into()));
+            }
+        }
         Ok(problem.search(&self.z, &[], &watch.silent())?.outcome)
     }
 
