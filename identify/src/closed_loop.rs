@@ -248,9 +248,11 @@ impl ClosedLoop {
 
     /// Amplitude of the steer torque [N m] that makes `line`.
     pub fn torque_amplitude(&self, line: &LineMotion) -> f64 {
-        let omega = DVector::from_element(1, TAU * line.frequency);
-        let motion = response::response(&self.state, &torque(&self.gains), &omega);
-        line.steer_amplitude / motion.re[(0, STEER)].hypot(motion.im[(0, STEER)])
+        let omega = [TAU * line.frequency];
+        let n = self.state.nrows();
+        let steer = DMatrix::identity(n, n).rows(STEER, 1).into_owned();
+        let motion = response::response(&steer, &self.state, &torque(&self.gains), &omega);
+        line.steer_amplitude / motion.re[(0, 0)].hypot(motion.im[(0, 0)])
     }
 
     /// How the loop changes along each of `variables`: of each the parameters and the drive on

@@ -15,6 +15,7 @@ pub mod compare;
 pub mod cosim;
 pub mod course;
 mod csv;
+mod distribution;
 pub mod effort;
 pub mod error;
 pub mod figure;

@@ -2,7 +2,6 @@
 //! made again, and which parameters the data can do without.
 
 pub mod bootstrap;
-pub mod distribution;
 pub mod insensitivity;
 pub mod profile;
 

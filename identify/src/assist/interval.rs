@@ -1,7 +1,7 @@
 //! How well rides of several seeds know the ratio of two powers.
 
 use super::Pair;
-use std::f64::consts::FRAC_2_PI;
+use crate::distribution::student_half_width;
 
 /// 95 % interval of √(Σ with / Σ without), the powers paired by seed; none of fewer than two pairs.
 ///
@@ -28,69 +28,14 @@ pub(super) fn paired(powers: &Pair<Vec<f64>>) -> Option<(f64, f64)> {
     let n = seeds as f64;
     let mean = left.iter().sum::<f64>() / n;
     let square: f64 = left.iter().map(|log| (log - mean).powi(2)).sum();
-    let half = student(seeds - 1) * ((n - 1.0) / n * square).sqrt();
+    let half = student_half_width(n - 1.0, 0.95) * ((n - 1.0) / n * square).sqrt();
     let centre = log_ratio(sum);
     Some(((centre - half).exp(), (centre + half).exp()))
-}
-
-/// The t that Student's distribution of so many degrees of freedom keeps within ±t in 95 of 100.
-fn student(freedom: usize) -> f64 {
-    // 12.7 for one degree of freedom, less for more; halved until it is a double's last bit
-    let (mut low, mut high) = (0.0, 16.0);
-    for _ in 0..56 {
-        let middle = 0.5 * (low + high);
-        if within(middle, freedom) < 0.95 {
-            low = middle;
-        } else {
-            high = middle;
-        }
-    }
-    high
-}
-
-/// P(|T| ≤ t): Abramowitz & Stegun 1964, *Handbook of Mathematical Functions*, 26.7.3 and 26.7.4.
-fn within(t: f64, freedom: usize) -> f64 {
-    let angle = (t / (freedom as f64).sqrt()).atan();
-    let (sine, cosine) = angle.sin_cos();
-    let odd = freedom % 2;
-    let (mut term, mut sum) = (if odd == 1 { cosine } else { 1.0 }, 0.0);
-    for power in (odd..freedom - 1).step_by(2) {
-        sum += term;
-        term *= cosine * cosine * (power as f64 + 1.0) / (power as f64 + 2.0);
-    }
-    if odd == 1 {
-        FRAC_2_PI * (angle + sine * sum)
-    } else {
-        sine * sum
-    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn students_t_is_that_of_the_tables() {
-        // two-sided 95 %, e.g. Abramowitz & Stegun, table 26.10
-        let table = [
-            (1, 12.706),
-            (2, 4.303),
-            (3, 3.182),
-            (4, 2.776),
-            (7, 2.365),
-            (10, 2.228),
-            (30, 2.042),
-            (120, 1.980),
-        ];
-        for (freedom, t) in table {
-            // half of the last printed digit
-            assert!(
-                (student(freedom) - t).abs() <= 0.0005,
-                "{freedom}: {}",
-                student(freedom)
-            );
-        }
-    }
 
     #[test]
     fn two_pairs_are_the_t_of_their_two_log_ratios() {
@@ -100,7 +45,7 @@ mod tests {
         };
         let (low, high) = paired(&powers).expect("two pairs");
         let logs = [0.5_f64, 0.25].map(|ratio| 0.5 * ratio.ln());
-        let half = student(1) * 0.5 * (logs[0] - logs[1]).abs();
+        let half = student_half_width(1.0, 0.95) * 0.5 * (logs[0] - logs[1]).abs();
         let centre = 0.5 * (1.5_f64 / 5.0).ln();
         // sums of numbers about 1: some units in the last place
         assert!((low.ln() - (centre - half)).abs() < 1e-13, "{low}");

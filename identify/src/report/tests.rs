@@ -147,7 +147,7 @@ fn a_report_of_a_replay() {
         "variance accounted for",
         "whole torque on the handlebar",
         "replayed in windows",
-        "--window 0.5",
+        "--objective time",
     ] {
         assert!(page.contains(said), "{said}");
     }

@@ -5,7 +5,7 @@
 //! parabola of the same covariance, ½ χ²₁(.95) V_ii/(H⁻¹)_ii: the taper's factor 35/18 or the
 //! sandwich are in it (Chandler & Bate 2007).
 
-use super::distribution::chi_square_quantile;
+use crate::distribution::chi_square_quantile;
 use crate::free::Variable;
 use crate::solver::Limits;
 use nalgebra::DVector;

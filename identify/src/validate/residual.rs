@@ -4,7 +4,7 @@
 //! Records come in segments, windows that are replayed each from its own start: products reach
 //! over no seam.
 
-use crate::trust::distribution::{chi_square_tail, normal_half_width};
+use crate::distribution::{chi_square_tail, normal_half_width};
 use serde::{Deserialize, Serialize};
 
 /// Probability that a band holds a correlation where there is none.

@@ -1,9 +1,9 @@
 //! A spectrum that was foretold, beside the one that came.
 
 use crate::compare::{BANDS, noise_interval};
+use crate::distribution::{gamma_quantile, normal_half_width};
 use crate::error::Result;
 use crate::objective::spectral::Spectral;
-use crate::trust::distribution::{gamma_quantile, normal_half_width};
 use crate::validate::residual::BAND;
 use nalgebra::{Complex, DVector};
 use serde::{Deserialize, Serialize};
