@@ -1,10 +1,10 @@
 //! Several numbers advanced together: [`Lanes`], and [`Pack`] for code that runs on lanes and on
 //! plain numbers alike.
 //!
-//! A compiler turns these loops over arrays into vector instructions where the whole of a
-//! calculation is inlined into a function for which the instructions are switched on; so what is
-//! called for every step is marked `inline(always)`. Such functions are not made here: choosing
-//! instructions at run time is unsafe.
+//! [`Lanes`] are arrays, of any width and for any machine. Vector registers are another [`Pack`], made
+//! elsewhere: choosing instructions at run time is unsafe. Either becomes vector instructions only
+//! where the whole of a calculation is inlined into a function for which these are switched on; so
+//! what is called for every step is marked `inline(always)`.
 //!
 //! Multiply-adds are fused, and sine, cosine and arctangent are polynomials of their own, so lanes
 //! agree with plain numbers to rounding, not to the last bit.
@@ -49,7 +49,7 @@ pub trait Pack: Real + Send + Sync + 'static {
     /// Whether every magnitude is below `limit`; false where a number is none.
     fn all_small(self, limit: f64) -> bool;
 
-    /// 1/√x within 3.5 %, of positive numbers: where an iteration for it starts (Lomont 2003).
+    /// 1/√x within 3.5 %, of positive numbers: where an iteration for it starts.
     #[must_use]
     fn rough_reciprocal_root(self) -> Self;
 
@@ -61,10 +61,13 @@ pub trait Pack: Real + Send + Sync + 'static {
     fn atan_small(self) -> Self;
 }
 
-/// Half the exponent, negated, and a straight line for the root of the mantissa.
+/// Less half a number's bits these are the bits of its reciprocal root, within 3.5 %: the exponent
+/// halved and negated, the mantissa along a straight line (Lomont 2003).
+pub const ROUGH: i64 = 0x5FE6_EB50_C7B5_37A9;
+
 #[inline(always)]
 fn rough_reciprocal_root(x: f64) -> f64 {
-    f64::from_bits(0x5FE6_EB50_C7B5_37A9 - (x.to_bits() >> 1))
+    f64::from_bits(ROUGH.cast_unsigned().wrapping_sub(x.to_bits() >> 1))
 }
 
 impl Pack for f64 {
@@ -164,6 +167,22 @@ operator! {
     Div div /;
 }
 
+/// What the polynomials for sine, cosine and arctangent need to know of a number's bits.
+pub trait Bits: Pack {
+    /// Magnitude.
+    #[must_use]
+    fn size(self) -> Self;
+
+    /// The same magnitude with the sign of `other`.
+    #[must_use]
+    fn with_sign_of(self, other: Self) -> Self;
+
+    /// Sine of an angle right angles on from one of sine `sin` and cosine `cos`: as many as the last
+    /// two bits of `self` and `by` add up to. Bit 0 swaps the two, bit 1 negates.
+    #[must_use]
+    fn turned(self, by: i64, sin: Self, cos: Self) -> Self;
+}
+
 /// 1.5 · 2⁵²: added to a number below 2⁵¹, it leaves the nearest integer in the last bits.
 const ROUNDING: f64 = 6755399441055744.0;
 /// π/2 less its nearest double.
@@ -211,44 +230,82 @@ const TAN_PI_8: f64 = 0.41421356237309503;
 const TAN_3_PI_8: f64 = 2.414213562373095;
 
 #[inline(always)]
-fn polynomial<const N: usize>(coefficients: &[f64], z: Lanes<N>) -> Lanes<N> {
-    let mut sum = Lanes::from(coefficients[0]);
+fn polynomial<T: Pack>(coefficients: &[f64], z: T) -> T {
+    let mut sum = T::from(coefficients[0]);
     for &c in &coefficients[1..] {
-        sum = sum.mul_add(z, Lanes::from(c));
+        sum = sum.mul_add(z, T::from(c));
     }
     sum
 }
 
 /// Sine and cosine where |x| ≤ π/4.
 #[inline(always)]
-fn sin_cos_small<const N: usize>(x: Lanes<N>) -> (Lanes<N>, Lanes<N>) {
+pub fn sin_cos_small<T: Pack>(x: T) -> (T, T) {
     let z = x * x;
     let sin = (polynomial(&SINE, z) * z).mul_add(x, x);
-    let half = z.mul_add(Lanes::from(-0.5), Lanes::from(1.0));
+    let half = z.mul_add(T::from(-0.5), T::from(1.0));
     let cos = (polynomial(&COSINE, z) * z).mul_add(z, half);
     (sin, cos)
 }
 
-/// Sine of an angle `quadrant` right angles on from one of sine `sin` and cosine `cos`.
-#[inline(always)]
-fn turned(quadrant: u64, sin: f64, cos: f64) -> f64 {
-    let value = if quadrant & 1 == 0 { sin } else { cos };
-    f64::from_bits(value.to_bits() ^ ((quadrant & 2) << 62))
-}
-
 /// Arctangent where |x| ≤ 7/16.
 #[inline(always)]
-fn atan_small<const N: usize>(x: Lanes<N>) -> Lanes<N> {
+pub fn atan_small<T: Pack>(x: T) -> T {
     let z = x * x;
     (polynomial(&ARCTANGENT, z) * z).mul_add(-x, x)
 }
 
-impl<const N: usize> Lanes<N> {
-    /// The one of three that goes with the range of `self`, which is positive.
+/// Sine and cosine, within 1.5 ulp where |x| ≤ 10⁶; next to a zero, where less than 1e-13 is left of
+/// x, within 1e-32 · |x|.
+#[inline(always)]
+pub fn sin_cos<T: Bits>(x: T) -> (T, T) {
+    // Cody & Waite: x less the nearest multiple of π/2, here in two fused parts
+    let shifted = x.mul_add(T::from(std::f64::consts::FRAC_2_PI), T::from(ROUNDING));
+    let turns = shifted - T::from(ROUNDING);
+    let near = turns.mul_add(T::from(-std::f64::consts::FRAC_PI_2), x);
+    let rest = turns.mul_add(T::from(-FRAC_PI_2_REST), near);
+    let (sin, cos) = sin_cos_small(rest);
+    (shifted.turned(0, sin, cos), shifted.turned(1, sin, cos))
+}
+
+/// The one of three that goes with the range of `size`.
+#[inline(always)]
+fn of_three<T: Pack>(size: T, low: T, middle: T, high: T) -> T {
+    let beyond = size.pick_small(TAN_3_PI_8, middle, high);
+    size.pick_small(TAN_PI_8, low, beyond)
+}
+
+/// Arctangent, within 1.5 ulp.
+#[inline(always)]
+pub fn atan<T: Bits>(x: T) -> T {
+    let (size, one) = (x.size(), T::from(1.0));
+    // a quotient for each of three ranges: x, (x−1)/(x+1), −1/x
+    let above = of_three(size, size, size - one, -one);
+    let below = of_three(size, one, size + one, size);
+    let eighths = of_three(size, T::from(0.0), one, T::from(2.0));
+    let rest = eighths * T::from(0.5 * FRAC_PI_2_REST);
+    let near = atan_small(above / below) + rest;
+    let angle = eighths.mul_add(T::from(std::f64::consts::FRAC_PI_4), near);
+    angle.with_sign_of(x)
+}
+
+impl<const N: usize> Bits for Lanes<N> {
     #[inline(always)]
-    fn of_three(self, low: Self, middle: Self, high: Self) -> Self {
-        let beyond = self.pick_small(TAN_3_PI_8, middle, high);
-        self.pick_small(TAN_PI_8, low, beyond)
+    fn size(self) -> Self {
+        each!(i => self.0[i].abs())
+    }
+    #[inline(always)]
+    fn with_sign_of(self, other: Self) -> Self {
+        each!(i => self.0[i].copysign(other.0[i]))
+    }
+    #[inline(always)]
+    fn turned(self, by: i64, sin: Self, cos: Self) -> Self {
+        each!(i => {
+            let quadrant = self.0[i].to_bits().wrapping_add_signed(by);
+            let value = if quadrant & 1 == 0 { sin.0[i] } else { cos.0[i] };
+            // bit 1, moved to where the sign is
+            f64::from_bits(value.to_bits() ^ ((quadrant & 2) << 62))
+        })
     }
 }
 
@@ -258,47 +315,18 @@ impl<const N: usize> Real for Lanes<N> {
     fn is_zero(&self) -> bool {
         self.0.iter().all(|x| *x == 0.0)
     }
-
-    /// Within 1.5 ulp where |x| ≤ 10⁶; next to a zero, where less than 1e-13 is left of x, within
-    /// 1e-32 · |x|.
     #[inline(always)]
     fn sin_cos(self) -> (Self, Self) {
-        // Cody & Waite: x less the nearest multiple of π/2, here in two fused parts
-        let shifted = self.mul_add(
-            Self::from(std::f64::consts::FRAC_2_PI),
-            Self::from(ROUNDING),
-        );
-        let turns = shifted - Self::from(ROUNDING);
-        let near = turns.mul_add(Self::from(-std::f64::consts::FRAC_PI_2), self);
-        let rest = turns.mul_add(Self::from(-FRAC_PI_2_REST), near);
-        let (sin, cos) = sin_cos_small(rest);
-        // the quadrant's bit 0 swaps the two, its bit 1, moved to where the sign is, negates
-        (
-            each!(i => turned(shifted.0[i].to_bits(), sin.0[i], cos.0[i])),
-            each!(i => turned(shifted.0[i].to_bits().wrapping_add(1), sin.0[i], cos.0[i])),
-        )
+        sin_cos(self)
     }
-
-    /// Within 1.5 ulp.
     #[inline(always)]
     fn atan(self) -> Self {
-        let size = each!(i => self.0[i].abs());
-        let one = Self::from(1.0);
-        // a quotient for each of three ranges: x, (x−1)/(x+1), −1/x
-        let above = size.of_three(size, size - one, -one);
-        let below = size.of_three(one, size + one, size);
-        let eighths = size.of_three(Self::from(0.0), one, Self::from(2.0));
-        let rest = eighths * Self::from(0.5 * FRAC_PI_2_REST);
-        let near = atan_small(above / below) + rest;
-        let angle = eighths.mul_add(Self::from(std::f64::consts::FRAC_PI_4), near);
-        each!(i => angle.0[i].copysign(self.0[i]))
+        atan(self)
     }
-
     #[inline(always)]
     fn sqrt(self) -> Self {
         each!(i => self.0[i].sqrt())
     }
-
     #[inline(always)]
     fn mul_add(self, factor: Self, summand: Self) -> Self {
         each!(i => self.0[i].mul_add(factor.0[i], summand.0[i]))

@@ -5,10 +5,13 @@
 //! the instructions chosen.
 #![expect(
     unsafe_code,
-    reason = "functions compiled for instructions that a machine may lack are unsafe to call"
+    reason = "instructions that a machine may lack are unsafe to call"
 )]
 
-use bicycle::lanes::{Lanes, Pack};
+#[cfg(target_arch = "x86_64")]
+mod registers;
+
+use bicycle::lanes::Pack;
 use rayon::prelude::*;
 use std::sync::LazyLock;
 
@@ -28,7 +31,7 @@ pub enum Isa {
     Avx512,
     /// Four doubles in a register; two of them in flight.
     Avx2,
-    /// What every processor of this kind has: one number at a time.
+    /// What every processor has: one number at a time.
     Portable,
 }
 
@@ -54,7 +57,7 @@ impl Isa {
             Self::Avx512 => {
                 is_x86_feature_detected!("avx512f")
                     && is_x86_feature_detected!("avx512dq")
-                    && is_x86_feature_detected!("avx512vl")
+                    && is_x86_feature_detected!("avx2")
                     && is_x86_feature_detected!("fma")
             }
             #[cfg(target_arch = "x86_64")]
@@ -65,7 +68,7 @@ impl Isa {
         }
     }
 
-    /// Numbers advanced together: [`Pack::WIDTH`] of what [`run`] chooses.
+    /// Numbers advanced together: [`Pack::WIDTH`] of what [`run_with`] chooses.
     pub fn lanes(self) -> usize {
         match self {
             Self::Avx512 => 16,
@@ -93,14 +96,14 @@ pub fn run<W: Work>(work: W) -> W::Output {
 pub fn run_with<W: Work>(isa: Isa, work: W) -> W::Output {
     #[cfg(target_arch = "x86_64")]
     {
-        #[target_feature(enable = "avx512f,avx512dq,avx512vl,fma")]
+        #[target_feature(enable = "avx512f,avx512dq,avx2,fma")]
         fn avx512<W: Work>(work: W) -> W::Output {
-            work.run::<Lanes<16>>()
+            work.run::<registers::Avx512>()
         }
 
         #[target_feature(enable = "avx2,fma")]
         fn avx2<W: Work>(work: W) -> W::Output {
-            work.run::<Lanes<8>>()
+            work.run::<registers::Avx2>()
         }
 
         if isa.is_present() {

@@ -1,7 +1,4 @@
 //! exp(A h) and its relatives, and the weights that a step makes of them.
-//!
-//! Made once for each bicycle, a hundredth of the work of a ride: not inlined, and so not in the
-//! widest instructions, which spares the compiler most of its own.
 #![expect(
     clippy::needless_range_loop,
     reason = "rows and columns are counted as in the formulae"
@@ -16,6 +13,7 @@ pub(super) type Matrix<T, const D: usize> = [[T; D]; D];
 /// the sum in the worst of matrices, 1e-18 in ordinary ones.
 const TERMS: usize = 12;
 
+#[inline(always)]
 fn product<T: Pack, const D: usize>(a: &Matrix<T, D>, b: &Matrix<T, D>) -> Matrix<T, D> {
     let mut c = *a;
     for i in 0..D {
@@ -44,6 +42,7 @@ pub(super) struct Powers<T, const D: usize> {
 impl<T: Pack, const D: usize> Powers<T, D> {
     /// Of `a`, for a step of `step` [s]: the series for a step so short that it converges at once,
     /// doubled until it is long enough (Higham 2005).
+    #[inline(always)]
     pub fn new(a: &Matrix<T, D>, step: f64) -> Self {
         let mut norm = 0.0_f64;
         for row in a {
@@ -87,6 +86,7 @@ impl<T: Pack, const D: usize> Powers<T, D> {
     }
 
     /// For twice the step: φₖ(2z) = 2⁻ᵏ (φ₀ φₖ + Σ φⱼ/(k−j)!).
+    #[inline(always)]
     pub fn double(&mut self) {
         let mut doubled = self.whole;
         for (double, single) in doubled.iter_mut().zip(&self.whole) {
@@ -109,6 +109,7 @@ impl<T: Pack, const D: usize> Powers<T, D> {
 
     /// The weights of a step, the remainder having entries in the rows `rows` only and the steering
     /// torque acting along `torque`, ∂ẋ/∂τ.
+    #[inline(always)]
     pub fn weights<const R: usize>(&self, rows: [usize; R], torque: &[T; D]) -> Weights<T, D, R> {
         let [p0, p1, p2, p3] = &self.whole;
         let [half, h1, h2, _] = &self.half;

@@ -91,7 +91,7 @@ pub(super) struct Motion<T, const D: usize, const R: usize> {
 
 impl<T: Pack, const D: usize, const R: usize> Motion<T, D, R> {
     /// At rest in its past: the first step is then one of first order, and has to be short.
-    #[inline(never)]
+    #[inline(always)]
     pub fn new<M: Remainder<T, D, R>>(m: &M, x: [T; D]) -> Self {
         let rest = m.at(&x);
         let [square, rate_square] = m.widths();
