@@ -248,11 +248,10 @@ impl ClosedLoop {
 
     /// Amplitude of the steer torque [N m] that makes `line`.
     pub fn torque_amplitude(&self, line: &LineMotion) -> f64 {
-        let omega = [TAU * line.frequency];
-        let n = self.state.nrows();
-        let steer = DMatrix::identity(n, n).rows(STEER, 1).into_owned();
-        let motion = response::response(&steer, &self.state, &torque(&self.gains), &omega);
-        line.steer_amplitude / motion.re[(0, 0)].hypot(motion.im[(0, 0)])
+        let swing = Swing::new(&self.state, &torque(&self.gains), line);
+        swing
+            .expect("a loop that stands has no undamped oscillation")
+            .torque
     }
 
     /// How the loop changes along each of `variables`: of each the parameters and the drive on

@@ -100,7 +100,7 @@ pub(super) struct Swing {
     /// 2πif − A.
     resolvent: LU<Complex<f64>, Dyn, Dyn>,
     /// Amplitude of the torque [N m], in phase with what is 0 here.
-    torque: f64,
+    pub torque: f64,
     /// Amplitudes of the states.
     motion: DVector<Complex<f64>>,
 }
