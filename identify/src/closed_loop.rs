@@ -81,12 +81,14 @@ pub struct ClosedLoop {
 
 /// Passes of the linearisation at most.
 const PASSES: usize = 60;
-/// Relative change of a variance after which nothing but round-off is left to change.
-const ARRIVED: f64 = 1e-13;
+/// Relative change of a variance after which a pass changes nothing but round-off, and after which
+/// Newton's method, whose error squares, does not either.
+const ARRIVED: f64 = 1e-12;
+const NEWTON_ARRIVED: f64 = 1e-7;
 /// Newton's method goes on where a pass changes less than `NEAR`, but not `FAST` times less than
-/// the one before. Its error squares: below √[`ARRIVED`] once more is enough.
+/// the one before: most loops arrive in some ten passes without.
 const NEAR: f64 = 0.3;
-const FAST: f64 = 0.1;
+const FAST: f64 = 0.2;
 
 /// One pass: the loop with the mean gains of a covariance, and the covariance of that loop.
 struct Pass {
@@ -207,7 +209,7 @@ impl ClosedLoop {
                 .map(|step| &covariance + unpacked(n, &step))
                 .filter(|p| p.diagonal().iter().all(|v| *v > 0.0));
             let arrived = match newton {
-                Some(_) => ARRIVED.sqrt(),
+                Some(_) => NEWTON_ARRIVED,
                 None => ARRIVED,
             };
             covariance = newton.unwrap_or(pass.covariance);

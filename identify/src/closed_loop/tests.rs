@@ -71,28 +71,24 @@ fn solved(a: &DMatrix<f64>, b: &DVector<f64>, f: f64) -> DVector<Complex<f64>> {
     m.lu().solve(&b.map(Complex::from)).unwrap()
 }
 
-/// The fixed point by nothing but passes, to a change of 1e-14 or as far as it goes.
+/// The fixed point by nothing but passes, until they change it by their round-off alone.
 fn by_passes(closed_loop: &ClosedLoop) -> DMatrix<f64> {
     let ClosedLoop { gains, drive, .. } = closed_loop;
     let n = gains.parts.state.nrows();
     let mut p = DMatrix::zeros(n, n);
     p[(STEER_RATE, STEER_RATE)] = 0.09;
     p[(STEER, STEER)] = 1e-6;
-    for _ in 0..2000 {
-        let next = Pass::new(gains, drive, &p).unwrap().covariance;
-        let change = difference(&p, &next);
-        p = next;
-        if change < 1e-14 {
-            break;
-        }
+    for _ in 0..200 {
+        p = Pass::new(gains, drive, &p).unwrap().covariance;
     }
     p
 }
 
+/// The round-off of a pass is some 5e-13.
 #[test]
 fn newtons_method_arrives_where_the_passes_do() {
     for (parameters, formulation) in loops() {
-        for (intensity, lines) in [(0.05, &[][..]), (1.2, &[]), (1.2, &LINES), (2.0, &[])] {
+        for (intensity, lines) in [(0.1, &[][..]), (1.2, &[]), (1.2, &LINES), (8.0, &[])] {
             let drive = drive(2.2, intensity, lines);
             let closed_loop = ClosedLoop::new(&parameters, formulation, &drive).unwrap();
             let p = by_passes(&closed_loop);
@@ -100,7 +96,7 @@ fn newtons_method_arrives_where_the_passes_do() {
             let scale =
                 DMatrix::from_fn(p.nrows(), p.nrows(), |i, j| (p[(i, i)] * p[(j, j)]).sqrt());
             let off = (&p - &closed_loop.covariance).component_div(&scale).amax();
-            assert!(off < 1e-12, "{formulation:?} {intensity} N m: {off:.1e}");
+            assert!(off < 2e-12, "{formulation:?} {intensity} N m: {off:.1e}");
         }
     }
 }
