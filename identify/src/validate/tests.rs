@@ -116,18 +116,21 @@ fn the_formulation_that_made_the_rides_is_preferred_and_foretells_best() {
     let own = [ride(rider(), 1.2, 24.0, 1)];
     let other = [ride(rider(), 1.2, 24.0, 2)];
     let run = run(&own[0], Objective::Whittle, &SPECTRAL);
-    let names = ["repaired", "minimal"].map(String::from);
+    let names = ["repaired", "whipple", "minimal"].map(String::from);
     let candidates = formulations(&run, &own, &other, &names).unwrap();
-    let [repaired, minimal] = [0, 1].map(|i| {
-        let candidate = &candidates[i];
-        candidate
-            .weighed
-            .clone()
-            .unwrap_or_else(|| panic!("{candidate:?}"))
-    });
-    assert!(repaired.criteria.aic < minimal.criteria.aic, "{minimal:?}");
-    assert!(repaired.criteria.bic < minimal.criteria.bic);
-    assert!(repaired.error < minimal.error);
+    let [repaired, whipple] = [0, 1].map(|i| candidates[i].weighed.clone().unwrap());
+    assert!(repaired.criteria.aic < whipple.criteria.aic, "{whipple:?}");
+    assert!(repaired.criteria.bic < whipple.criteria.bic);
+    assert!(repaired.error < whipple.error);
+    // without slip there are no tyres to seek
+    assert_eq!(
+        (repaired.parameters.len(), whipple.parameters.len()),
+        (4, 2)
+    );
+    // and this rider cannot keep the third upright, which says so and stops neither
+    assert_eq!(candidates[2].weighed, None);
+    let why = candidates[2].failed.clone().unwrap();
+    assert!(why.contains("closed loop"), "{why}");
     // four parameters under a Hann window
     let p = repaired.criteria.parameters;
     assert!((p - 4.0 * 35.0 / 18.0).abs() < 1e-6, "{p}");
