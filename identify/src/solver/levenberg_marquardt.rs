@@ -43,7 +43,7 @@ const ROUGH: f64 = 1e-8;
 
 /// Damping of the step by whose promise convergence is judged: little enough to see the fall along
 /// a poorly determined direction, enough to be deaf to rounding along one that is not at all.
-const JUDGED: f64 = 1e-6;
+const JUDGED: f64 = 1e-5;
 
 /// Damping at which a step is no longer one.
 const UTTER: f64 = 1e16;
@@ -155,12 +155,16 @@ impl<'a, L: Landscape> Solver<Walk<'a, L>, Here<Quadratic>> for LevenbergMarquar
         };
         let (low, high) = self.room(&point);
         let tolerance = self.tolerance.max(ROUGH * cost.abs());
-        let last = model
+        let promise = model
             .step(self.damping.min(JUDGED), &low, &high)
-            .filter(|step| model.fall(step) < tolerance);
-        if let Some(step) = last {
-            // it promises little, but the point moves with the root of that
+            .map(|step| model.fall(&step));
+        if promise.is_some_and(|fall| fall < tolerance) {
             self.end = Some(End::Converged);
+            // one more step promises little, but the point moves with the root of that; the usual
+            // damping keeps it from wandering where nothing is determined
+            let Some(step) = model.step(self.damping, &low, &high) else {
+                return Ok((state.param(point).cost(cost), None));
+            };
             let next = self.moved(&point, &step);
             if next != point {
                 let found = problem.cost(&next)?;
