@@ -243,8 +243,9 @@ mod tests {
         };
         // slopes 1 and 3 of equal weight; through (1, 1) and (1, 8)
         let z = least(&together);
+        // a search ends where it would gain less than 1e-8 of the cost
         assert!(
-            (&z - DVector::from_row_slice(&[2.0, -1.0, 6.0])).amax() < 1e-9,
+            (&z - DVector::from_row_slice(&[2.0, -1.0, 6.0])).amax() < 1e-6,
             "{z}"
         );
     }
@@ -259,7 +260,7 @@ mod tests {
         };
         let z = least(&together);
         assert!(
-            (&z - DVector::from_row_slice(&[3.0, 1.0, 0.0, 5.0])).amax() < 1e-9,
+            (&z - DVector::from_row_slice(&[3.0, 1.0, 0.0, 5.0])).amax() < 1e-6,
             "{z}"
         );
         let curvature = together
@@ -282,7 +283,7 @@ mod tests {
         };
         // information 2 of the ride at 1, 2 of the prior at 4
         let z = least(&together);
-        assert!((z[0] - 2.5).abs() < 1e-9, "{z}");
+        assert!((z[0] - 2.5).abs() < 1e-6, "{z}");
         let known = |_: &Straight, _: &DVector<f64>| {
             Ok(Information {
                 curvature: DMatrix::from_element(1, 1, 2.0),
