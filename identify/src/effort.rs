@@ -16,6 +16,7 @@ use crate::trust::profile::Profile;
 use crate::verdict::{Estimate, Verdict};
 use nalgebra::DVector;
 use serde::{Deserialize, Serialize};
+use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 /// How much more is asked.
@@ -100,10 +101,11 @@ fn identity(rides: &[Ridden], plan: &Plan, seed: u64) -> String {
             windows,
         } = ridden;
         let law = ride.law_in_loop;
-        text += &format!(
-            "{parameters:?} {speed} {condition} {law:?} {windows:?}\n{}",
-            ride.to_csv()
+        let _ = writeln!(
+            text,
+            "{parameters:?} {speed} {condition} {law:?} {windows:?}"
         );
+        text += &ride.to_csv();
     }
     sha256(text.as_bytes())
 }

@@ -129,18 +129,13 @@ impl Free {
             scale: Scale::Linear,
             prior: None,
         };
-        Ok(match place {
-            Place::Bicycle(_) => free,
-            Place::Excitation(_) if free.nuisance() => Self {
-                scope: Scope::Ride,
-                ..free.on(Scale::Logarithmic)?
-            },
-            Place::Excitation(_) => free,
-            Place::Instruments(_) => Self {
-                scope: Scope::Ride,
-                ..free
-            },
-        })
+        match place {
+            Place::Excitation(_) if free.nuisance() => {
+                Ok(free.on(Scale::Logarithmic)?.per(Scope::Ride))
+            }
+            Place::Instruments(_) => Ok(free.per(Scope::Ride)),
+            Place::Bicycle(_) | Place::Excitation(_) => Ok(free),
+        }
     }
 
     /// The same, one and the same of other rides.
@@ -204,8 +199,8 @@ impl Free {
             name: self.row.name,
         })?;
         let (mean, deviation) = (prior.mean, prior.deviation);
-        if !(self.lower..=self.upper).contains(&mean) || !(deviation > 0.0 && deviation.is_finite())
-        {
+        let fits = (self.lower..=self.upper).contains(&mean);
+        if !(fits && deviation > 0.0 && deviation.is_finite()) {
             return Err(Error::Prior {
                 name: self.row.name,
                 mean,

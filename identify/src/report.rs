@@ -226,16 +226,7 @@ fn assumptions(run: &Run) -> Result<Vec<String>> {
             .into_iter()
             .map(|note| format!("Ride: {note}.")),
     );
-    if !fit.objective.has_remnant() {
-        let law = if run.rides[0].start.law_in_loop {
-            "The steer torque of the ride acts besides the bicycle’s steering law, which is \
-             closed on the simulated state."
-        } else {
-            "The steer torque of the ride is taken as the whole torque on the handlebar; no \
-             steering law acts besides."
-        };
-        items.push(law.into());
-    } else {
+    if fit.objective.has_remnant() {
         items.push(format!(
             "Spectra: residual of a moving average over {}, {} window, bins from {} to {}; model \
              and ride pass the same filter.",
@@ -252,6 +243,15 @@ fn assumptions(run: &Run) -> Result<Vec<String>> {
              linearised; rider gains that are not free are those of the bicycle’s set."
                 .into(),
         );
+    } else {
+        let law = if run.rides[0].start.law_in_loop {
+            "The steer torque of the ride acts besides the bicycle’s steering law, which is \
+             closed on the simulated state."
+        } else {
+            "The steer torque of the ride is taken as the whole torque on the handlebar; no \
+             steering law acts besides."
+        };
+        items.push(law.into());
     }
     for (i, channel) in fit.channels.iter().enumerate() {
         let origin = if run.asked.noise.is_some() {

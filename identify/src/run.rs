@@ -409,7 +409,7 @@ impl Run {
                 Ok((samples, ride.replay_all(z)?))
             };
             let replayed = windows.each(&found.outcome.point, replay);
-            let trace = |(replayed, ride): (Result<(Vec<usize>, Vec<Vec<f64>>)>, &Ride)| {
+            let trace = |(replayed, ride): (Result<Replayed>, &Ride)| {
                 let (samples, replayed) = replayed?;
                 let channels = problem.channels.iter().zip(replayed);
                 channels
@@ -492,6 +492,9 @@ fn trace(channel: &str, ride: &Ride, measured: Vec<f64>, model: Vec<f64>) -> Res
         model,
     })
 }
+
+/// Samples of a ride, and each channel replayed there.
+type Replayed = (Vec<usize>, Vec<Vec<f64>>);
 
 /// A ride's frequency responses beside those of the model at `z`.
 fn responded(frf: &Frf, z: &DVector<f64>) -> Result<Vec<Responded>> {

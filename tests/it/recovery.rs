@@ -244,7 +244,7 @@ fn rides_of_the_four_body_bicycle_are_fitted_by_it() {
 #[test]
 fn a_whole_ride_cannot_be_replayed_and_the_eigenvalue_is_named() {
     let plan = Plan {
-        window: 24.0,
+        window: Some(24.0),
         ..plan(Objective::Time)
     };
     let recorded = ride(&Synthesis {
@@ -274,7 +274,7 @@ fn a_whole_ride_cannot_be_replayed_and_the_eigenvalue_is_named() {
 #[test]
 fn windows_too_long_to_begin_with_are_fitted_by_way_of_short_ones() {
     let plan = Plan {
-        window: 1.0,
+        window: Some(1.0),
         ..plan(Objective::Time)
     };
     let recorded = ride(&Synthesis {

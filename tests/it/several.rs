@@ -105,7 +105,11 @@ fn a_loaded_and_an_unloaded_ride_share_their_tyres_on_bicycles_of_their_own() {
             ..plan.ridden(ride)
         });
     let fit = fitted(&ridden.collect::<Vec<_>>(), &plan);
-    let labels: Vec<_> = fit.parameters.iter().map(|p| p.label()).collect();
+    let labels: Vec<_> = fit
+        .parameters
+        .iter()
+        .map(identify::verdict::Estimate::label)
+        .collect();
     assert_eq!(
         labels[..4],
         [
@@ -201,6 +205,7 @@ fn no_ride_and_the_same_ride_twice_are_refused() {
     let twice = fit(
         &[plan.ridden(&ride), plan.ridden(&ride)],
         &plan,
+        &Effort::default(),
         &Watch::default(),
     )
     .map(drop);

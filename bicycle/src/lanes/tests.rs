@@ -45,9 +45,9 @@ fn sine_and_cosine_are_those_of_libm() {
 fn next_to_multiples_of_a_right_angle_the_error_is_that_of_ulps_of_one() {
     // within 1e-7 of a zero the rest of π/2 is cut at its 106th bit, which 500 turns make 1e-29:
     // nothing beside the 1e-16 of a right answer near 1
-    let near = |i: i32| f64::from(i / 40 - 500) * FRAC_PI_2 + f64::from(i % 40 - 20) * 3e-9;
+    let near = |i: u32| (f64::from(i / 40) - 500.0) * FRAC_PI_2 + (f64::from(i % 40) - 20.0) * 3e-9;
     for i in (0..40_000).step_by(4) {
-        let four = Lanes::<4>::from_fn(|k| near(i + k as i32));
+        let four = Lanes::<4>::from_fn(|k| near(i + k as u32));
         let (sin, cos) = four.sin_cos();
         for k in 0..4 {
             let (s, c) = libm::sincos(four.0[k]);

@@ -290,7 +290,7 @@ impl Time {
         let model = Model::new(self, z, self.pieces(z)?);
         let own = z.as_slice()[self.shared()..].chunks(self.order);
         let shots = self.windows.iter().zip(own);
-        let shots = shots.map(|(window, own)| model.shot(window, own)).collect();
+        let shots = shots.map(|(window, own)| Shot::new(window, own)).collect();
         Ok((model, shots))
     }
 

@@ -12,6 +12,7 @@ use crate::trust::bootstrap::Resampled;
 use crate::trust::insensitivity::Reduction;
 use crate::trust::profile::Profile;
 use crate::verdict::Estimate;
+use std::fmt::Write as _;
 
 /// The sections of what was asked.
 pub(super) fn sections(fit: &Fit) -> String {
@@ -54,10 +55,11 @@ pub(super) fn agreement(starts: &Agreement) -> String {
         starts.agreeing, starts.planned
     );
     if starts.failed > 0 {
-        text += &format!(" {} could not begin.", starts.failed);
+        let _ = write!(text, " {} could not begin.", starts.failed);
     }
     if starts.passed_over > 0 {
-        text += &format!(
+        let _ = write!(
+            text,
             " {} points of the box were passed over for starts: no model stands there.",
             starts.passed_over
         );

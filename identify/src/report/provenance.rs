@@ -67,9 +67,10 @@ fn origin(ride: &Recorded, run: &Run) -> String {
 
 /// The values of a ride's bicycle that differ from the nominal ones.
 fn values(ride: &Recorded, several: bool) -> String {
-    let of = match several {
-        true => format!(" of {}", base(&ride.source.file)),
-        false => String::new(),
+    let of = if several {
+        format!(" of {}", base(&ride.source.file))
+    } else {
+        String::new()
     };
     let rows = ride.start.rows.iter();
     let rows: Vec<_> = rows

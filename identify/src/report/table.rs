@@ -95,9 +95,10 @@ pub fn summary(fit: &Fit) -> String {
         .iter()
         .flat_map(|ride| ride.replays.iter().map(move |replay| (ride, replay)))
     {
-        let of = match several {
-            true => format!(" of {}", base(&ride.ride)),
-            false => String::new(),
+        let of = if several {
+            format!(" of {}", base(&ride.ride))
+        } else {
+            String::new()
         };
         let _ = writeln!(
             text,

@@ -48,15 +48,7 @@ fn channels(fit: &Fit, lost: &[&Estimate]) -> Vec<String> {
     let missing = ["roll_rate", "yaw_rate"];
     let missing: Vec<&&str> = missing.iter().filter(|name| !recorded(name)).collect();
     let missing_words = join(missing.iter().map(|name| words(name)));
-    if !fit.objective.has_remnant() {
-        let besides = match missing[..] {
-            [] => String::new(),
-            _ => format!("{missing_words} recorded besides, "),
-        };
-        sentences.push(capitalised(&format!(
-            "{besides}a longer or livelier ride or quieter sensors would help."
-        )));
-    } else {
+    if fit.objective.has_remnant() {
         if !tyres.is_empty() && !missing.is_empty() {
             sentences.push(format!(
                 "{} recorded besides would determine the tyres ({}), given a ride \
@@ -93,6 +85,14 @@ fn channels(fit: &Fit, lost: &[&Estimate]) -> Vec<String> {
         } else if torque.iter().any(|p| p.name == DAMPING) {
             sentences.push("More rides narrow effective_damping slowly.".into());
         }
+    } else {
+        let besides = match missing[..] {
+            [] => String::new(),
+            _ => format!("{missing_words} recorded besides, "),
+        };
+        sentences.push(capitalised(&format!(
+            "{besides}a longer or livelier ride or quieter sensors would help."
+        )));
     }
     sentences
 }

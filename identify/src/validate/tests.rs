@@ -22,9 +22,9 @@ fn rider() -> Parameters {
     }
 }
 
-fn ride(parameters: Parameters, intensity: f64, duration: f64, seed: u64) -> Ride {
+fn ride(parameters: &Parameters, intensity: f64, duration: f64, seed: u64) -> Ride {
     let synthesis = Synthesis {
-        parameters,
+        parameters: *parameters,
         excitation: Excitation {
             remnant_intensity: intensity,
             ..Excitation::default()
@@ -62,13 +62,13 @@ fn mean_misfit(held_out: &HeldOut) -> f64 {
 
 #[test]
 fn a_ride_of_the_same_bicycle_is_foretold_and_one_on_other_tyres_is_not() {
-    let run = run(&ride(rider(), 1.2, 24.0, 1), Objective::Whittle, &SPECTRAL);
+    let run = run(&ride(&rider(), 1.2, 24.0, 1), Objective::Whittle, &SPECTRAL);
     let soft = Parameters {
         cornering_stiffness: 9.0,
         ..rider()
     };
     // half the intensity: the scatter of one ride is 7 %
-    let rides = [ride(rider(), 0.6, 24.0, 2), ride(soft, 1.2, 24.0, 3)];
+    let rides = [ride(&rider(), 0.6, 24.0, 2), ride(&soft, 1.2, 24.0, 3)];
     let validation = validate(&run, &rides).unwrap();
     let [same, other] = &validation.held_out[..] else {
         panic!("two rides");
@@ -98,8 +98,8 @@ fn a_ride_of_the_same_bicycle_is_foretold_and_one_on_other_tyres_is_not() {
 #[test]
 fn windows_of_another_ride_are_replayed() {
     let free = ["cornering_stiffness", "viscous_friction"];
-    let run = run(&ride(rider(), 1.2, 12.0, 1), Objective::Time, &free);
-    let validation = validate(&run, &[ride(rider(), 1.2, 6.0, 2)]).unwrap();
+    let run = run(&ride(&rider(), 1.2, 12.0, 1), Objective::Time, &free);
+    let validation = validate(&run, &[ride(&rider(), 1.2, 6.0, 2)]).unwrap();
     for replay in &validation.held_out[0].replays {
         // encoder and gyroscope noise is all that is left
         assert!(replay.variance_accounted_for > 0.95, "{replay:?}");
@@ -113,8 +113,8 @@ fn windows_of_another_ride_are_replayed() {
 
 #[test]
 fn the_formulation_that_made_the_rides_is_preferred_and_foretells_best() {
-    let own = [ride(rider(), 1.2, 24.0, 1)];
-    let other = [ride(rider(), 1.2, 24.0, 2)];
+    let own = [ride(&rider(), 1.2, 24.0, 1)];
+    let other = [ride(&rider(), 1.2, 24.0, 2)];
     let run = run(&own[0], Objective::Whittle, &SPECTRAL);
     let names = ["repaired", "whipple", "minimal"].map(String::from);
     let candidates = formulations(&run, &own, &other, &names).unwrap();

@@ -5,6 +5,7 @@ use crate::solver::{Limits, Search, minimise};
 use bicycle::simulate::Simulation;
 use bicycle::{Input, Parameters};
 use nalgebra::DVector;
+use std::ops::Range;
 
 /// Three seconds of a bicycle left to itself, three times, from other states, at 100 Hz.
 fn ridden() -> Ride {
@@ -122,12 +123,21 @@ fn contradictory_windows_are_refused() {
     speed[850..].fill(0.1);
     ride.insert("speed", speed).unwrap();
     for (windows, message) in [
-        (vec![0..100, 300..200], "found 3 to 2 s"),
+        (
+            vec![
+                0..100,
+                Range {
+                    start: 300,
+                    end: 200,
+                },
+            ],
+            "found 3 to 2 s",
+        ),
         (vec![0..100, 300..1000], "found 3 to 10 s"),
         (vec![0..100, 50..200], "found 0 to 1 s and 0.5 to 2 s"),
         (vec![0..100, 700..860], "found standstill in 8.5 to 8.99 s"),
         (vec![0..100, 200..203], "found 2 windows"),
-        (vec![0..100], "found 1 windows"),
+        (vec![0..100; 1], "found 1 windows"),
     ] {
         let refused = free_response(
             &ride,

@@ -49,12 +49,12 @@ fn ridden(formulation: Formulation, seconds: usize) -> Ride {
     ride
 }
 
-fn landscape(ride: &Ride, formulation: Formulation, free: &[&str], start: Parameters) -> Frf {
+fn landscape(ride: &Ride, formulation: Formulation, free: &[&str], start: &Parameters) -> Frf {
     let unknowns = Unknowns {
         free: free.iter().map(|name| Free::new(name).unwrap()).collect(),
         ties: Vec::new(),
         start: Candidate {
-            parameters: start,
+            parameters: *start,
             ..Candidate::default()
         },
     };
@@ -77,7 +77,7 @@ fn a_linear_bicycle_is_its_own_response() {
         coulomb_friction: 0.0,
         ..Parameters::default()
     };
-    let frf = landscape(&ride, Formulation::Whipple, &["viscous_friction"], smooth);
+    let frf = landscape(&ride, Formulation::Whipple, &["viscous_friction"], &smooth);
     let z = frf.unknowns.start.variables(&frf.unknowns.free);
     // Coulomb friction of the ride apart, magnitudes within 1 dB and phases within 10°
     let (costs, all) = frf.costs(&z).unwrap();
@@ -105,7 +105,7 @@ fn tyres_and_friction_come_back_from_responses() {
         viscous_friction: 0.8,
         ..truth
     };
-    let frf = landscape(&ride, formulation, &names, start);
+    let frf = landscape(&ride, formulation, &names, &start);
     let free = &frf.unknowns.free;
     let bound = |value: fn(&Free) -> f64| {
         DVector::from_iterator(free.len(), free.iter().map(|f| f.variable(value(f))))
@@ -136,7 +136,6 @@ fn tyres_and_friction_come_back_from_responses() {
         let value = free[i].value(found.point[i]);
         let expected = truth.get(Parameters::index(name).unwrap());
         let error = covariance[(i, i)].sqrt() * free[i].slope(value);
-        println!("{name} {value} ± {error}, {expected}");
         // one ride: four standard errors, and the two per cent that the linearisation may be off
         assert!(
             (value - expected).abs() < 4.0 * error + 0.02 * expected,

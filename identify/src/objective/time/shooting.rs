@@ -59,6 +59,19 @@ pub(super) struct Shot {
     state: [f64; State::LEN],
 }
 
+impl Shot {
+    /// The window `range` from the initial state at `own`.
+    pub fn new(range: &Range<usize>, own: &[f64]) -> Self {
+        let mut state = State::ZERO.to_array();
+        state[..own.len()].copy_from_slice(own);
+        Self {
+            first: range.start,
+            length: range.len(),
+            state,
+        }
+    }
+}
+
 /// What a window says about a point of a search, over the free variables and then its own initial
 /// state: the squares of its residuals, their gradient and curvature.
 #[derive(Debug, Clone)]
@@ -102,17 +115,6 @@ impl<'a> Model<'a> {
             candidate: unknowns.candidate(z),
             moves: moves.collect(),
             pieces,
-        }
-    }
-
-    /// The window `range` from the initial state at `own`.
-    pub fn shot(&self, range: &Range<usize>, own: &[f64]) -> Shot {
-        let mut state = State::ZERO.to_array();
-        state[..own.len()].copy_from_slice(own);
-        Shot {
-            first: range.start,
-            length: range.len(),
-            state,
         }
     }
 
