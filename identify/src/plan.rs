@@ -149,17 +149,18 @@ impl Resolved {
 
     /// The variables of the search, and for each ride which of them are its free parameters.
     pub fn variables(&self, rides: &[Ridden]) -> (Vec<Variable>, Vec<Vec<usize>>) {
+        let names = names(rides);
         let mut variables: Vec<Variable> = Vec::new();
         let mut indices = vec![Vec::new(); rides.len()];
         for free in &self.free {
             let first = variables.len();
-            for (ridden, own) in rides.iter().zip(&mut indices) {
+            for ((ridden, name), own) in rides.iter().zip(&names).zip(&mut indices) {
                 // one ride needs no name behind its parameters
                 let of = match free.scope {
                     _ if rides.len() == 1 => None,
                     Scope::Shared => None,
                     Scope::Condition => Some(ridden.condition.clone()),
-                    Scope::Ride => Some(ridden.ride.name()),
+                    Scope::Ride => Some(name.clone()),
                 };
                 let variable = Variable { free: *free, of };
                 let known = variables[first..].iter().position(|v| *v == variable);
@@ -171,6 +172,23 @@ impl Resolved {
         }
         (variables, indices)
     }
+}
+
+/// What the rides are called beside each other: those of one name, stretches of one file say, are
+/// numbered.
+pub fn names(rides: &[Ridden]) -> Vec<String> {
+    let plain: Vec<String> = rides.iter().map(|ridden| ridden.ride.name()).collect();
+    let number = |i: usize| plain[..=i].iter().filter(|name| **name == plain[i]).count();
+    let several = |i: usize| plain.iter().filter(|name| **name == plain[i]).count() > 1;
+    (0..plain.len())
+        .map(|i| {
+            if several(i) {
+                format!("{} #{}", plain[i], number(i))
+            } else {
+                plain[i].clone()
+            }
+        })
+        .collect()
 }
 
 /// Makes the choices a plan leaves open. With the torque recorded in every ride: `time`, all four

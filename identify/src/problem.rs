@@ -11,7 +11,7 @@ use crate::objective::time::{self, Time};
 use crate::objective::together::{Member, Together};
 use crate::objective::whittle::Whittle;
 use crate::objective::{Information, Objective};
-use crate::plan::{Plan, Resolved, Ridden, resolve};
+use crate::plan::{Plan, Resolved, Ridden, names, resolve};
 use crate::progress::Watch;
 use crate::solver::{Cost, Landscape, Limits, Outcome, Search, Searchable, minimise};
 use nalgebra::DVector;
@@ -115,7 +115,7 @@ impl Problem {
         let mut problem = Self {
             objective: resolved.objective,
             channels: resolved.channels.clone(),
-            names: rides.iter().map(|ridden| ridden.ride.name()).collect(),
+            names: names(rides),
             rides: build(rides, plan, &resolved, &variables, &indices)?,
             variables,
             own,

@@ -16,6 +16,7 @@ mod program;
 mod readme;
 mod recorded;
 mod recovery;
+mod resume;
 mod rides;
 mod several;
 mod spectra;
