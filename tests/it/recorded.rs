@@ -3,14 +3,15 @@
 use crate::wobble::{data, json};
 
 /// Torque gains as uncertain as the friction, and sensors with offsets: no formulation explains
-/// this bicycle's rides to the noise of its sensors. The fit must run to its end and say so.
+/// this bicycle's rides to the noise of its sensors. The fit must end and say so; the search, along
+/// a valley that leads nowhere, is cut short.
 #[test]
 fn a_recorded_ride_is_fitted_and_its_misfit_told() {
     let Some(data) = data() else { return };
     let ride = data.join("sbw-delft/bode_normal_4mps_1.1Hz.csv");
     let folder = tempfile::tempdir().expect("a folder");
     let call = format!(
-        "fit {} --map sbw-delft --bicycle sbw-delft --json --report report.html",
+        "fit {} --map sbw-delft --bicycle sbw-delft --max-iterations 15 --json --report report.html",
         ride.display()
     );
     let fit = json(folder.path(), &call);
@@ -25,8 +26,9 @@ fn a_recorded_ride_is_fitted_and_its_misfit_told() {
     );
     // the paper's equations explain the same ride worse
     let lumped = json(folder.path(), &format!("{call} --formulation repaired"));
-    assert!(lumped["misfit"].as_f64().expect("a number") > 5.0 * misfit);
-    for replay in fit["replays"].as_array().expect("channels") {
+    assert!(lumped["misfit"].as_f64().expect("a number") > 2.0 * misfit);
+    let replays = &fit["explained"][0]["replays"];
+    for replay in replays.as_array().expect("channels") {
         assert!(replay["variance_accounted_for"].is_f64(), "{replay}");
     }
     // a model that does not describe the ride determines nothing of it
