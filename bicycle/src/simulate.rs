@@ -26,23 +26,24 @@ use saved::Saved;
 use serde::{Deserialize, Serialize};
 use stability::StableSpeeds;
 
-/// One step of the classical fourth-order Runge–Kutta method; `f` is given the fraction of the
-/// step (0, ½, 1) and the state there.
+/// The classical fourth-order Runge–Kutta method, stage by stage: the fraction of the step at which
+/// the slope is taken, its weight in the step, and how far along it the next stage lies, both in
+/// steps.
+pub const STAGES: [(f64, f64, f64); 4] = [
+    (0.0, 1.0 / 6.0, 0.5),
+    (0.5, 1.0 / 3.0, 0.5),
+    (0.5, 1.0 / 3.0, 1.0),
+    (1.0, 1.0 / 6.0, 1.0),
+];
+
+/// One step by [`STAGES`]; `f` is given the fraction of the step and the state there.
 #[inline(always)]
 pub fn rk4<T: Real, X: Vector<T>>(x: X, h: T, mut f: impl FnMut(f64, &X) -> X) -> X {
-    let (half, sixth) = (h * T::from(0.5), h * T::from(1.0 / 6.0));
-    let third = sixth + sixth;
-    // a loop, so that `f`, inlined for lanes, stands here once and not four times
     let (mut sum, mut stage) = (x, x);
-    for (fraction, weight, reach) in [
-        (0.0, sixth, half),
-        (0.5, third, half),
-        (0.5, third, h),
-        (1.0, sixth, h),
-    ] {
+    for (fraction, weight, reach) in STAGES {
         let slope = f(fraction, &stage);
-        sum = sum.along(weight, &slope);
-        stage = x.along(reach, &slope);
+        sum = sum.along(h * T::from(weight), &slope);
+        stage = x.along(h * T::from(reach), &slope);
     }
     sum
 }

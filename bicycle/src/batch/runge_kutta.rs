@@ -6,7 +6,7 @@ use crate::dynamics::{Bicycle, derivative};
 use crate::lanes::Pack;
 use crate::parameters::Parameters;
 use crate::quantity::Vector;
-use crate::simulate::stability_limit;
+use crate::simulate::{STAGES, stability_limit};
 use crate::state::{Input, State};
 
 /// Longest step [s]: 1.4e-4 rad at worst over whole rides.
@@ -20,7 +20,7 @@ fn pieces(bicycles: &[(Bicycle, f64)], interval: f64) -> usize {
     (interval / longest - 1e-9).ceil().clamp(1.0, 1000.0) as usize
 }
 
-/// Rides the bicycles from `x`, every step by [`crate::simulate::rk4`]'s sums.
+/// Rides the bicycles from `x`, every step by [`STAGES`].
 #[inline(always)]
 pub(super) fn ride<T: Pack>(
     bicycles: &[(Bicycle, f64)],
@@ -49,12 +49,8 @@ pub(super) fn ride<T: Pack>(
         let (from, to) = (outside.at(sample), outside.at(sample + 1));
         for piece in 0..pieces {
             let (mut sum, mut stage) = (x, x);
-            for (fraction, weight, reach) in [
-                (0.0, 1.0 / 6.0, 0.5),
-                (0.5, 1.0 / 3.0, 0.5),
-                (0.5, 1.0 / 3.0, 1.0),
-                (1.0, 1.0 / 6.0, 1.0),
-            ] {
+            // no closure: what is not inlined for certain loses the lanes' instructions
+            for (fraction, weight, reach) in STAGES {
                 let at = (piece as f64 + fraction) / pieces as f64;
                 let input = Input {
                     speed,

@@ -6,7 +6,8 @@ use super::dual::Dual;
 use crate::free::Candidate;
 use crate::kernel::Work;
 use bicycle::lanes::Pack;
-use bicycle::simulate::rk4;
+use bicycle::quantity::Vector;
+use bicycle::simulate::STAGES;
 use bicycle::{Bicycle, Input, Parameters, State, dynamics};
 use nalgebra::{DMatrix, DVector};
 use std::ops::Range;
@@ -118,25 +119,22 @@ impl<'a> Model<'a> {
         }
     }
 
-    /// Replays `shots`, as many as there are lanes, and shows each sample: its number, and what is
-    /// seen of the state with its derivatives along `directions`.
+    /// The windows `shots`, as many as there are lanes, at their start, ready to be differentiated
+    /// along `directions`.
     #[inline(always)]
-    fn march<T: Pack, const D: usize>(
+    fn start<T: Pack, const D: usize>(
         &self,
         shots: &[Shot],
         directions: &[Direction],
-        mut show: impl FnMut(usize, &State<Dual<T, D>>),
-    ) {
+    ) -> March<'_, T, D> {
         let time = self.time;
-        let shot = |lane: usize| &shots[lane.min(shots.len() - 1)];
-        let rows = self.candidate.parameters.to_array();
-        let mut parameters = rows.map(Dual::<T, D>::from);
-        let start: [T; State::LEN] =
-            std::array::from_fn(|row| T::from_fn(|lane| shot(lane).state[row]));
-        let mut state = start.map(Dual::<T, D>::constant);
+        let mut parameters = self.candidate.parameters.to_array().map(Dual::from);
+        let mut state: [Dual<T, D>; State::LEN] = std::array::from_fn(|row| {
+            Dual::constant(T::from_fn(|lane| shot(shots, lane).state[row]))
+        });
         let instruments = &self.candidate.instruments;
-        let mut gain = Dual::<T, D>::from(instruments.torque_gain);
-        let mut offset = Dual::<T, D>::from(instruments.torque_offset);
+        let mut gain = Dual::from(instruments.torque_gain);
+        let mut offset = Dual::from(instruments.torque_offset);
         for (d, direction) in directions.iter().enumerate() {
             match *direction {
                 Direction::Free(i) => {
@@ -150,41 +148,14 @@ impl<'a> Model<'a> {
                 Direction::Start(row) => state[row].eps[d] = T::from(1.0),
             }
         }
-        let parameters = Parameters::from_array(parameters);
-        let bicycle = Bicycle::new(&time.replayed(&parameters), time.formulation);
-        let per_gain = Dual::from(1.0) / gain;
-        let mut state = State::from_array(state);
-        let last = time.torque.len() - 1;
-        let at =
-            |y: &[f64], sample: usize| T::from_fn(|lane| y[(shot(lane).first + sample).min(last)]);
-        let length = shots.iter().map(|shot| shot.length).max().unwrap_or(0);
-        let h = Dual::from(time.step / self.pieces as f64);
-        let part = 1.0 / self.pieces as f64;
-        let (mut speed, mut torque) = (at(&time.speed, 0), at(&time.torque, 0));
-        for sample in 0..length {
-            let mut seen = state;
-            seen.yaw_rate = bicycle.yaw_rate(&state, Dual::constant(speed));
-            show(sample, &seen);
-            // one step after the last sample would be for nothing
-            if sample + 1 == length {
-                break;
-            }
-            let next = (at(&time.speed, sample + 1), at(&time.torque, sample + 1));
-            let (dv, dt) = (next.0 - speed, next.1 - torque);
-            for piece in 0..self.pieces {
-                state = rk4(state, h, |fraction, x| {
-                    let at = T::from((piece as f64 + fraction) * part);
-                    let recorded = Dual::constant(at.mul_add(dt, torque));
-                    let input = Input {
-                        speed: Dual::constant(at.mul_add(dv, speed)),
-                        steer_torque: (recorded - offset) * per_gain,
-                        assist_torque: Dual::from(0.0),
-                        roll_moment: Dual::from(0.0),
-                    };
-                    dynamics::derivative(&bicycle, x, &input)
-                });
-            }
-            (speed, torque) = next;
+        let parameters = time.replayed(&Parameters::from_array(parameters));
+        March {
+            time,
+            bicycle: Bicycle::new(&parameters, time.formulation),
+            offset,
+            per_gain: Dual::from(1.0) / gain,
+            pieces: self.pieces,
+            state: State::from_array(state),
         }
     }
 
@@ -200,39 +171,32 @@ impl<'a> Model<'a> {
     ) -> Vec<T> {
         let time = self.time;
         let mut residuals = vec![T::from(0.0); length * time.channels.len()];
-        let shot = |lane: usize| &shots[lane.min(shots.len() - 1)];
-        let even = shots.iter().all(|shot| shot.length == length);
         let offsets: Vec<f64> = time
             .offsets
             .iter()
             .map(|&row| self.candidate.instruments.get(row))
             .collect();
-        self.march::<T, D>(shots, directions, |sample, state| {
-            let within = |x: T| {
-                if even {
-                    x
-                } else {
-                    T::from_fn(|l| {
-                        if sample < shot(l).length {
-                            x.lane(l)
-                        } else {
-                            0.0
-                        }
-                    })
-                }
-            };
+        let mut march = self.start::<T, D>(shots, directions);
+        let mut here = time.recorded_at::<T>(shots, 0);
+        for sample in 0..length {
+            let seen = march.seen(here.speed);
             for (c, measured) in time.measured.iter().enumerate() {
-                let x = state.get(time.states[c]);
+                let x = seen.get(time.states[c]);
                 let row = c * length + sample;
                 let per_noise = T::from(1.0 / time.noise[c]);
-                let last = measured.len() - 1;
-                let y = T::from_fn(|l| measured[(shot(l).first + sample).min(last)] - offsets[c]);
-                residuals[row] = within((y - x.re) * per_noise);
+                let y = gathered::<T>(measured, shots, sample) - T::from(offsets[c]);
+                residuals[row] = within((y - x.re) * per_noise, shots, sample);
                 for (column, eps) in columns.iter_mut().zip(x.eps) {
-                    column[row] = within(-eps * per_noise);
+                    column[row] = within(-eps * per_noise, shots, sample);
                 }
             }
-        });
+            // one step after the last sample would be for nothing
+            if sample + 1 < length {
+                let next = time.recorded_at::<T>(shots, sample + 1);
+                march.go(here, next);
+                here = next;
+            }
+        }
         residuals
     }
 
@@ -241,6 +205,97 @@ impl<'a> Model<'a> {
         let free = (0..self.moves.len()).filter(|&i| self.moves[i].is_dynamic());
         let start = (0..self.time.order).map(Direction::Start);
         free.map(Direction::Free).chain(start).collect()
+    }
+}
+
+/// The window of a lane; lanes left over repeat the last.
+#[inline(always)]
+fn shot(shots: &[Shot], lane: usize) -> &Shot {
+    &shots[lane.min(shots.len() - 1)]
+}
+
+/// A record at a sample of each window.
+#[inline(always)]
+fn gathered<T: Pack>(record: &[f64], shots: &[Shot], sample: usize) -> T {
+    let last = record.len() - 1;
+    T::from_fn(|lane| record[(shot(shots, lane).first + sample).min(last)])
+}
+
+/// `x` within the windows, 0 behind their ends, where a lane may have diverged.
+#[inline(always)]
+fn within<T: Pack>(x: T, shots: &[Shot], sample: usize) -> T {
+    if shots.iter().all(|shot| sample < shot.length) {
+        return x;
+    }
+    T::from_fn(|lane| {
+        if sample < shot(shots, lane).length {
+            x.lane(lane)
+        } else {
+            0.0
+        }
+    })
+}
+
+/// What acts on the bicycle at a sample of each window.
+#[derive(Clone, Copy)]
+struct Acting<T> {
+    speed: T,
+    torque: T,
+}
+
+impl Time {
+    #[inline(always)]
+    fn recorded_at<T: Pack>(&self, shots: &[Shot], sample: usize) -> Acting<T> {
+        Acting {
+            speed: gathered(&self.speed, shots, sample),
+            torque: gathered(&self.torque, shots, sample),
+        }
+    }
+}
+
+/// Windows under way.
+struct March<'a, T, const D: usize> {
+    time: &'a Time,
+    bicycle: Bicycle<Dual<T, D>>,
+    offset: Dual<T, D>,
+    per_gain: Dual<T, D>,
+    pieces: usize,
+    state: State<Dual<T, D>>,
+}
+
+impl<T: Pack, const D: usize> March<'_, T, D> {
+    /// The state as it is seen, with the yaw rate that follows from the others.
+    #[inline(always)]
+    fn seen(&self, speed: T) -> State<Dual<T, D>> {
+        let mut seen = self.state;
+        seen.yaw_rate = self.bicycle.yaw_rate(&seen, Dual::constant(speed));
+        seen
+    }
+
+    /// On to the next sample, by the reference method. No closures: what is not inlined for certain
+    /// loses the lanes' instructions.
+    #[inline(always)]
+    fn go(&mut self, from: Acting<T>, to: Acting<T>) {
+        let part = 1.0 / self.pieces as f64;
+        let h = self.time.step * part;
+        let (dv, dt) = (to.speed - from.speed, to.torque - from.torque);
+        for piece in 0..self.pieces {
+            let (mut sum, mut stage) = (self.state, self.state);
+            for (fraction, weight, reach) in STAGES {
+                let at = T::from((piece as f64 + fraction) * part);
+                let recorded = Dual::constant(at.mul_add(dt, from.torque));
+                let input = Input {
+                    speed: Dual::constant(at.mul_add(dv, from.speed)),
+                    steer_torque: (recorded - self.offset) * self.per_gain,
+                    assist_torque: Dual::from(0.0),
+                    roll_moment: Dual::from(0.0),
+                };
+                let slope = dynamics::derivative(&self.bicycle, &stage, &input);
+                sum = sum.along(Dual::from(weight * h), &slope);
+                stage = self.state.along(Dual::from(reach * h), &slope);
+            }
+            self.state = sum;
+        }
     }
 }
 
@@ -310,9 +365,8 @@ impl Work for Normal<'_> {
             for (i, own) in model.moves.iter().enumerate() {
                 for (c, offset) in own.offsets.iter().enumerate().filter(|(_, o)| **o != 0.0) {
                     for sample in 0..length {
-                        let within = |l: usize| sample < shots[l.min(shots.len() - 1)].length;
-                        let slope = -offset / time.noise[c];
-                        let slope = T::from_fn(|l| if within(l) { slope } else { 0.0 });
+                        let slope = T::from(-offset / time.noise[c]);
+                        let slope = within(slope, shots, sample);
                         let entry = &mut columns[i * rows + c * length + sample];
                         *entry = *entry + slope;
                     }
