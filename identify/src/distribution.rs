@@ -2,6 +2,9 @@
 
 use statrs::distribution::{ChiSquared, ContinuousCDF, Gamma, Normal, StudentsT};
 
+/// Probability with which an interval is to hold the truth.
+pub const COVERAGE: f64 = 0.95;
+
 /// The x with P(X ≤ x) = `p` of a gamma variable of shape `a` and scale 1, 0 < p < 1: what
 /// Σ |Y_k|²/S_k of `a` complex coefficients is.
 pub(crate) fn gamma_quantile(a: f64, p: f64) -> f64 {
@@ -11,11 +14,6 @@ pub(crate) fn gamma_quantile(a: f64, p: f64) -> f64 {
 /// P(X > x) of χ² with `freedom` degrees.
 pub(crate) fn chi_square_tail(freedom: f64, x: f64) -> f64 {
     ChiSquared::new(freedom).expect("positive freedom").sf(x)
-}
-
-/// The x with P(X ≤ x) = `p` of χ² with `freedom` degrees.
-pub(crate) fn chi_square_quantile(freedom: f64, p: f64) -> f64 {
-    2.0 * gamma_quantile(0.5 * freedom, p)
 }
 
 /// Half width of the interval about 0 that holds a standard normal variable with `probability`.
@@ -45,7 +43,7 @@ mod tests {
             (100.0, 0.975, 129.561197),
         ] {
             assert!(
-                (chi_square_quantile(freedom, p) - x).abs() < 1e-6,
+                (2.0 * gamma_quantile(0.5 * freedom, p) - x).abs() < 1e-6,
                 "χ²({freedom}), {p}"
             );
             assert!((chi_square_tail(freedom, x) - (1.0 - p)).abs() < 1e-6);

@@ -1,5 +1,6 @@
 //! What is asked of a fit besides one search: many starts, a population, profiles, fits of data made
-//! again. All of it can be stopped, and taken up again where it was.
+//! again. All of it can be stopped; starts, population and fits of data made again are taken up again
+//! where they were, profiles and reduction are made anew.
 
 use crate::checkpoint::Journal;
 use crate::error::Result;
@@ -185,9 +186,12 @@ impl<'a> Work<'a> {
                 &self.journal::<Attempt>("starts")?,
                 self.watch,
             )?;
-            if let Some(lowest) = starts.outcome().filter(|o| o.cost < best.outcome.cost) {
+            let own = self.problem.worth(&best.outcome);
+            if let Some(lowest) = starts.outcome().filter(|o| o.cost < own) {
+                let mut outcome = lowest.clone();
+                outcome.cost = self.problem.cost(&outcome.point);
                 best = Found {
-                    outcome: lowest.clone(),
+                    outcome,
                     passes: best.passes,
                 };
             }
@@ -266,14 +270,14 @@ impl<'a> Work<'a> {
         let asked = self.effort.profiles || self.effort.reduce;
         if asked && !self.watch.stopped() {
             let solved = Solved::new(self.problem, z)?;
-            if self.effort.profiles {
+            if self.effort.profiles && !self.watch.stopped() {
                 self.watch.tell(Event::Phase("profiling"));
-                further.profiles = solved.profiles()?;
+                further.profiles = solved.profiles();
             }
-            if self.effort.reduce {
+            if self.effort.reduce && !self.watch.stopped() {
                 self.watch
                     .tell(Event::Phase("leaving out what the data can do without"));
-                further.reduction = Some(solved.reduce(1.0)?);
+                further.reduction = solved.reduce(1.0)?;
             }
         }
         if self.effort.bootstrap > 0 && !self.watch.stopped() {

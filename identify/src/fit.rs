@@ -102,6 +102,7 @@ pub fn judged(problem: &Problem, found: &Found, plan: &Plan) -> Result<Fit> {
     let nominal = problem.information(&problem.nominal(&outcome.point)).ok();
     let nominal = nominal.map(|n| Information {
         meat: here.meat.clone(),
+        freedom: here.freedom,
         ..n
     });
     let values = problem.values(&outcome.point);

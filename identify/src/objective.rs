@@ -1,4 +1,4 @@
-//! What a fit makes small: three objectives over one kind of problem.
+//! What a fit makes small: objectives over one kind of problem.
 
 pub mod amplitude;
 pub mod free_response;
@@ -8,6 +8,7 @@ pub mod time;
 pub mod together;
 pub mod whittle;
 
+use crate::distribution::{COVERAGE, normal_half_width, student_half_width};
 use crate::error::{Error, Result};
 use crate::free::{Candidate, Free, Tie};
 use nalgebra::{DMatrix, DVector};
@@ -94,11 +95,21 @@ pub struct Information {
     pub curvature: DMatrix<f64>,
     /// Covariance of the gradient; none where it equals the curvature but for a factor.
     pub meat: Option<DMatrix<f64>>,
+    /// Degrees of freedom of the scatter that `meat` was found from; none where they are many.
+    pub freedom: Option<f64>,
     /// By what the covariance exceeds the inverse curvature (neighbouring bins of a taper).
     pub factor: f64,
 }
 
 impl Information {
+    /// Half width of a 95 % interval in standard errors.
+    pub fn quantile(&self) -> f64 {
+        self.freedom.map_or_else(
+            || normal_half_width(COVERAGE),
+            |freedom| student_half_width(freedom, COVERAGE),
+        )
+    }
+
     /// The same of the variables `kept` alone, the others known.
     #[must_use]
     pub fn of(&self, kept: &[usize]) -> Self {
@@ -106,6 +117,7 @@ impl Information {
         Self {
             curvature: select(&self.curvature),
             meat: self.meat.as_ref().map(select),
+            freedom: self.freedom,
             factor: self.factor,
         }
     }

@@ -249,10 +249,21 @@ impl Problem {
         match &self.rides {
             Rides::Amplitude(spectra) | Rides::Whittle(spectra) => spectra.costs(points),
             Rides::Frf(responses) => responses.costs(points),
-            Rides::Time(_) => {
-                let worth = |z: &DVector<f64>| Cost::new(self.cost(z), || 0.0);
-                points.par_iter().map(worth).collect()
+            Rides::Time(windows) => {
+                let cost = |z: &DVector<f64>| {
+                    Cost::new(self.cost(z), || windows.excess(&with_blocks(windows, z)))
+                };
+                points.par_iter().map(cost).collect()
             }
+        }
+    }
+
+    /// The cost by which the ends of searches compare: of `amplitude`, which ends where its own
+    /// weights make it least, their likelihood.
+    pub fn worth(&self, end: &Outcome) -> f64 {
+        match &self.rides {
+            Rides::Amplitude(spectra) => spectra.cost(&end.point),
+            _ => end.cost,
         }
     }
 
@@ -279,7 +290,7 @@ impl Problem {
                 Amplitude::new(ride.spectral.clone(), z)?.information(z)
             }),
             Rides::Whittle(spectra) => spectra.information(z, Whittle::information),
-            Rides::Time(windows) => windows.information(z, Time::information),
+            Rides::Time(windows) => time::information(windows, z),
             Rides::Frf(responses) => responses.information(z, Frf::information),
         }
     }
@@ -516,7 +527,9 @@ fn renew_weights(spectra: &Together<Whittle>, near: Outcome, search: &Search) ->
 
 impl Searchable for Problem {
     fn search(&self, start: &DVector<f64>, watch: &Watch) -> Result<Outcome> {
-        Ok(Self::search(self, start, &[], watch)?.outcome)
+        let mut end = Self::search(self, start, &[], watch)?.outcome;
+        end.cost = self.worth(&end);
+        Ok(end)
     }
 }
 

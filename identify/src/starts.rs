@@ -2,8 +2,7 @@
 
 use crate::solver::Limits;
 use nalgebra::DVector;
-use rand::seq::SliceRandom;
-use rand::{Rng, SeedableRng};
+use rand::SeedableRng;
 use rand_xoshiro::Xoshiro256PlusPlus;
 use sobol_burley::{NUM_DIMENSIONS, sample};
 
@@ -35,25 +34,10 @@ pub fn sobol(limits: &Limits, seed: u64) -> impl Iterator<Item = DVector<f64>> {
     })
 }
 
-/// A Latin hypercube of `count` points within the bounds (McKay, Beckman, Conover 1979): one in
-/// each `count`-th of every variable's range, at random there.
-pub fn latin_hypercube(limits: &Limits, count: usize, seed: u64) -> Vec<DVector<f64>> {
-    let mut points = vec![DVector::zeros(limits.lower.len()); count];
-    let mut rng = stream(seed, 0);
-    let mut cells: Vec<usize> = (0..count).collect();
-    for i in 0..limits.lower.len() {
-        cells.shuffle(&mut rng);
-        for (point, &cell) in points.iter_mut().zip(&cells) {
-            let part = (cell as f64 + rng.random::<f64>()) / count as f64;
-            point[i] = limits.lower[i] + (limits.upper[i] - limits.lower[i]) * part;
-        }
-    }
-    points
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use rand::Rng;
 
     fn box_of(n: usize) -> Limits {
         Limits {
@@ -75,13 +59,11 @@ mod tests {
     }
 
     #[test]
-    fn each_design_puts_one_point_in_each_part_of_every_range() {
+    fn one_point_is_in_each_part_of_every_range() {
         let limits = box_of(5);
-        let sobol: Vec<_> = sobol(&limits, 7).take(32).collect();
-        for points in [sobol, latin_hypercube(&limits, 20, 7)] {
-            for i in 0..5 {
-                assert!(histogram(&points, &limits, i).iter().all(|&n| n == 1));
-            }
+        let points: Vec<_> = sobol(&limits, 7).take(32).collect();
+        for i in 0..5 {
+            assert!(histogram(&points, &limits, i).iter().all(|&n| n == 1));
         }
     }
 
@@ -108,9 +90,6 @@ mod tests {
         assert_eq!(first(1), first(1));
         assert_ne!(first(1), first(2));
         assert_ne!(first(0), first(1 << 32), "the seed's upper half counts");
-        let cube = |seed| latin_hypercube(&limits, 4, seed);
-        assert_eq!(cube(1), cube(1));
-        assert_ne!(cube(1), cube(2));
         let draw = |seed, job| stream(seed, job).random::<u64>();
         assert_eq!(draw(1, 2), draw(1, 2));
         assert!(draw(1, 2) != draw(1, 3) && draw(1, 2) != draw(2, 2));
@@ -126,10 +105,5 @@ mod tests {
         let far = sobol(&narrow, 1).nth(SEQUENCE as usize).map(|p| p[0]);
         assert!(far.is_some_and(|x| (-1.0..1.0).contains(&x)));
         assert_ne!(far, sobol(&narrow, 1).next().map(|p| p[0]));
-    }
-
-    #[test]
-    fn no_point_is_asked_for() {
-        assert!(latin_hypercube(&box_of(2), 0, 1).is_empty());
     }
 }

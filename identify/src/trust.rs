@@ -5,7 +5,7 @@ pub mod bootstrap;
 pub mod insensitivity;
 pub mod profile;
 
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::objective::Information;
 use crate::problem::Problem;
 use crate::solver::Limits;
@@ -14,6 +14,9 @@ use insensitivity::{Dropped, Reduction, sensitivities, worst};
 use nalgebra::DVector;
 use profile::{Optimum, Profile};
 use rayon::prelude::*;
+
+/// Somebody asked to stop.
+struct Stopped;
 
 /// A problem and its optimum.
 pub struct Solved<'a> {
@@ -46,8 +49,8 @@ impl<'a> Solved<'a> {
         })
     }
 
-    /// The profile of variable `i`.
-    pub fn profile(&self, i: usize) -> Result<Profile> {
+    /// The profile of variable `i`; none where somebody asked to stop.
+    pub fn profile(&self, i: usize) -> Option<Profile> {
         let n = self.z.len();
         let own = spread(&self.information);
         let plain = spread(&Information {
@@ -62,6 +65,7 @@ impl<'a> Solved<'a> {
             cost: self.cost,
             limits: &self.limits,
             index: i,
+            quantile: self.information.quantile(),
             std_error: regular.then(|| variance.sqrt()),
             tangent: if regular {
                 plain.covariance.column(i) / plain.covariance[(i, i)]
@@ -76,29 +80,31 @@ impl<'a> Solved<'a> {
         };
         let curve = profile::profile(&optimum, |start| {
             // where nothing can be evaluated there is a wall
-            let found = self.problem.search_weighted(&self.z, start, &[i]);
-            Ok::<_, Error>(found.map_or_else(
-                |_| (f64::INFINITY, start.clone()),
-                |found| {
+            match self.problem.search_weighted(&self.z, start, &[i]) {
+                // not the least cost there
+                Ok(found) if found.outcome.stopped => Err(Stopped),
+                Ok(found) => {
                     let point = found.outcome.point.rows(0, n).into_owned();
-                    (found.outcome.cost, point)
-                },
-            ))
-        })?;
-        Ok(Profile::new(&self.problem.variables[i], i, &self.z, &curve))
+                    Ok((found.outcome.cost, point))
+                }
+                Err(_) => Ok((f64::INFINITY, start.clone())),
+            }
+        });
+        let of = |curve| Profile::new(&self.problem.variables[i], i, &self.z, &curve);
+        curve.ok().map(of)
     }
 
-    /// The profiles of all variables, on all cores.
-    pub fn profiles(&self) -> Result<Vec<Profile>> {
-        (0..self.z.len())
-            .into_par_iter()
-            .map(|i| self.profile(i))
-            .collect()
+    /// The profiles of all variables, on all cores; those only that ended before somebody asked to
+    /// stop.
+    pub fn profiles(&self) -> Vec<Profile> {
+        let all = (0..self.z.len()).into_par_iter();
+        all.filter_map(|i| self.profile(i)).collect()
     }
 
     /// Leaves out parameters by CIFER's rule, each fixed where the search starts, until all that
-    /// are left pass; nuisances stay. `caution` as in [`sensitivities`].
-    pub fn reduce(&self, caution: f64) -> Result<Reduction> {
+    /// are left pass; nuisances stay. `caution` as in [`sensitivities`]. None where somebody asked to
+    /// stop.
+    pub fn reduce(&self, caution: f64) -> Result<Option<Reduction>> {
         let variables = &self.problem.variables;
         let start = self.problem.start();
         let (mut point, mut cost) = (self.point.clone(), self.cost);
@@ -113,18 +119,21 @@ impl<'a> Solved<'a> {
             let sensitivities = sensitivities(&left, &own, &information, caution);
             let next = worst(&sensitivities, |k| !left[k].free.nuisance());
             let Some((k, rule)) = next else {
-                return Ok(Reduction {
+                return Ok(Some(Reduction {
                     kept: sensitivities,
                     values: own,
                     dropped,
                     cost,
-                });
+                }));
             };
             let i = kept[k];
             held.push(i);
             let mut from = point.rows(0, self.z.len()).into_owned();
             from[i] = start[i];
             let outcome = self.problem.search_weighted(&self.z, &from, &held)?.outcome;
+            if outcome.stopped {
+                return Ok(None);
+            }
             dropped.push(Dropped {
                 sensitivity: sensitivities[k].clone(),
                 rule,

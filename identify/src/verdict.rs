@@ -97,8 +97,6 @@ const SINGULAR: f64 = 1e-6;
 const PART: f64 = 1e-3;
 /// Correlation from which two weakly determined parameters trade against each other.
 const CORRELATED: f64 = 0.9;
-/// Quantile of a 95 % interval.
-const QUANTILE: f64 = 1.959_964;
 
 /// Covariance of the variables, and of each variable which others share a singular direction
 /// with it (none: it is regular).
@@ -174,6 +172,7 @@ pub fn judge(
     let nominal = nominal.map(|information| spread(&information.of(&kept)));
     let deviation = |s: &Spread, k: usize| s.covariance[(k, k)].max(0.0).sqrt();
 
+    let quantile = here.quantile();
     let mut correlation = DMatrix::identity(n, n);
     for (k, &i) in kept.iter().enumerate() {
         for (l, &j) in kept.iter().enumerate().filter(|(l, _)| *l != k) {
@@ -194,12 +193,14 @@ pub fn judge(
             let k = kept.iter().position(|&j| j == i);
             let in_search = k.filter(|_| unseen[i].is_none()).map(|k| deviation(&at, k));
             let std_error = in_search.map(|s| s * f.slope(value));
-            let typical = k.and_then(|k| {
-                let s = nominal.as_ref().filter(|s| s.singular[k].is_none())?;
-                Some(deviation(s, k) * f.slope(value))
+            // what the data do not see at the nominal values has an infinite error there
+            let typical = k.zip(nominal.as_ref()).map_or(0.0, |(k, s)| {
+                let nominal = f.row.nominal.clamp(f.lower, f.upper);
+                s.singular[k]
+                    .as_ref()
+                    .map_or_else(|| deviation(s, k) * f.slope(nominal), |_| f64::INFINITY)
             });
-            let rho =
-                std_error.map(|s| s.max(typical.unwrap_or(s)) / (f.yardstick() / 12f64.sqrt()));
+            let rho = std_error.map(|s| s.max(typical) / (f.yardstick() / 12f64.sqrt()));
             let verdict = match rho {
                 _ if f.nuisance() => Verdict::Nuisance,
                 Some(rho) if rho < 0.3 => Verdict::Determined,
@@ -215,7 +216,7 @@ pub fn judge(
             };
             let interval = in_search.map(|s| {
                 let z = f.variable(value);
-                let end = |sign: f64| f.value(z + sign * QUANTILE * s).clamp(f.lower, f.upper);
+                let end = |sign: f64| f.value(z + sign * quantile * s).clamp(f.lower, f.upper);
                 (end(-1.0), end(1.0))
             });
             Estimate {
@@ -257,6 +258,7 @@ mod tests {
         Information {
             curvature,
             meat: None,
+            freedom: None,
             factor: 1.0,
         }
     }

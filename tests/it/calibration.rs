@@ -225,7 +225,7 @@ fn trial(setup: &Setup, number: usize, rides: &[Ride]) -> Trial {
     let z = problem.at(&fit.parameters.iter().map(|p| p.value).collect::<Vec<_>>());
     let profiles = (number < setup.profiled).then(|| {
         let solved = Solved::new(&problem, &z).expect("an optimum");
-        solved.profiles().expect("profiles")
+        solved.profiles()
     });
     let resampled = (number < setup.resampled).then(|| {
         let seed = 1 + number as u64;

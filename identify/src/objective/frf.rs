@@ -253,6 +253,7 @@ impl Frf {
         Ok(Information {
             curvature: jacobian.transpose() * &jacobian,
             meat: Some(scattered.transpose() * scattered),
+            freedom: None,
             factor: 1.0,
         })
     }

@@ -189,6 +189,7 @@ impl Spectral {
         Information {
             curvature,
             meat: None,
+            freedom: None,
             factor,
         }
     }

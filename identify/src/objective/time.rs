@@ -13,6 +13,7 @@ mod continuation;
 mod dual;
 mod noise;
 mod replay;
+mod scatter;
 mod shooting;
 #[cfg(test)]
 mod tests;
@@ -20,8 +21,9 @@ mod windows;
 
 pub use continuation::{carry, stages};
 pub use replay::Replay;
+pub use scatter::information;
 
-use super::{Information, Unknowns};
+use super::Unknowns;
 use crate::error::{Error, Result};
 use crate::kernel;
 use crate::ride::Ride;
@@ -304,27 +306,6 @@ impl Time {
             })
         }))
     }
-
-    /// What the windows know at `z`.
-    pub fn information(&self, z: &DVector<f64>) -> Result<Information> {
-        let quadratic = self.quadratic(z)?;
-        // a state that no channel sees leaves its block singular: a trace of damping
-        let reduced = quadratic
-            .reduce(0.0)
-            .or_else(|| quadratic.reduce(1e-9))
-            .ok_or_else(|| Error::Search("the curvature of a window is not finite".into()))?;
-        let meat = reduced
-            .scores
-            .iter()
-            .map(|s| s * s.transpose())
-            .sum::<DMatrix<f64>>();
-        let (n, p) = (self.windows() as f64, self.shared() as f64);
-        Ok(Information {
-            curvature: reduced.curvature,
-            meat: Some(meat * (n / (n - p))),
-            factor: 1.0,
-        })
-    }
 }
 
 impl Landscape for Time {
@@ -338,6 +319,15 @@ impl Landscape for Time {
             0.5 * all.map(|r| r * r).sum::<f64>()
         };
         self.residuals(z).map_or(f64::INFINITY, square)
+    }
+
+    /// The part of the samples that a divergence cuts off, all where nothing can be replayed.
+    fn excess(&self, z: &DVector<f64>) -> f64 {
+        self.residuals(z).map_or(1.0, |residuals| {
+            let all = residuals.iter().flatten();
+            let lost = all.filter(|r| !r.is_finite()).count();
+            lost as f64 / self.observations() as f64
+        })
     }
 
     fn quadratic(&self, z: &DVector<f64>) -> Result<Quadratic> {
@@ -361,6 +351,7 @@ impl Landscape for Time {
             sum.curvature += curvature.view((0, 0), (p, p));
             sum.blocks.push(Block {
                 share,
+                own: curvature.view((0, 0), (p, p)).into_owned(),
                 gradient: gradient.rows(p, self.order).into_owned(),
                 curvature: curvature
                     .view((p, p), (self.order, self.order))

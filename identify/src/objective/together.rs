@@ -74,6 +74,7 @@ impl<L: Landscape> Together<L> {
         let mut sum = Information {
             curvature: DMatrix::zeros(n, n),
             meat: None,
+            freedom: None,
             factor: self.factor,
         };
         for (member, own) in self.members.iter().zip(self.each(z, of)) {
@@ -84,17 +85,23 @@ impl<L: Landscape> Together<L> {
                 add(total, meat, &member.variables);
             }
         }
-        for (i, prior) in self.priors.iter().enumerate() {
-            let Some((_, deviation)) = prior else {
-                continue;
-            };
-            let weight = self.factor / (deviation * deviation);
-            sum.curvature[(i, i)] += weight;
-            if let Some(meat) = &mut sum.meat {
-                meat[(i, i)] += weight;
-            }
+        let before = self.known_before();
+        sum.curvature += &before;
+        if let Some(meat) = &mut sum.meat {
+            *meat += before;
         }
         Ok(sum)
+    }
+
+    /// Curvature of what was known before; its gradient scatters as much.
+    pub fn known_before(&self) -> DMatrix<f64> {
+        let weight = |prior: &Option<(f64, f64)>| {
+            prior.map_or(0.0, |(_, deviation)| self.factor / (deviation * deviation))
+        };
+        DMatrix::from_diagonal(&DVector::from_iterator(
+            self.shared(),
+            self.priors.iter().map(weight),
+        ))
     }
 }
 
@@ -149,17 +156,19 @@ impl<L: Landscape> Landscape for Together<L> {
                     let mut column = cross.column_mut(i);
                     column += block.cross.column(k);
                 }
-                (block.share, block.cross) = (share, cross);
+                let mut curvature = DMatrix::zeros(n, n);
+                add(&mut curvature, &block.own, &member.variables);
+                (block.share, block.own, block.cross) = (share, curvature, cross);
                 block
             }));
         }
+        let before = self.known_before();
         for (i, prior) in self.priors.iter().enumerate() {
-            if let Some((mean, deviation)) = prior {
-                let weight = self.factor / (deviation * deviation);
-                sum.gradient[i] += weight * (z[i] - mean);
-                sum.curvature[(i, i)] += weight;
+            if let Some((mean, _)) = prior {
+                sum.gradient[i] += before[(i, i)] * (z[i] - mean);
             }
         }
+        sum.curvature += before;
         Ok(sum)
     }
 }
@@ -200,6 +209,7 @@ mod tests {
                 curvature: slope.transpose() * &slope,
                 blocks: vec![Block {
                     share,
+                    own: slope.transpose() * &slope,
                     gradient: start.transpose() * &r,
                     curvature: start.transpose() * &start,
                     cross: start.transpose() * &slope,
@@ -288,6 +298,7 @@ mod tests {
             Ok(Information {
                 curvature: DMatrix::from_element(1, 1, 2.0),
                 meat: None,
+                freedom: None,
                 factor: 1.0,
             })
         };

@@ -50,8 +50,6 @@ impl Landscape for Whittle {
         })
     }
 
-    /// Fisher scoring as a problem of least squares: with S = L Lᴴ, w = L⁻¹ Y and the Hermitian
-    /// M_i = L⁻¹ ∂_iS L⁻ᴴ, a gradient of tr M_i − wᴴ M_i w and a curvature of tr M_i M_j.
     /// The growth [1/s] of a loop that does not stand.
     fn excess(&self, z: &DVector<f64>) -> f64 {
         match self.spectral.closed_loop(z) {
@@ -60,6 +58,8 @@ impl Landscape for Whittle {
         }
     }
 
+    /// Fisher scoring as a problem of least squares: with S = L Lᴴ, w = L⁻¹ Y and the Hermitian
+    /// M_i = L⁻¹ ∂_iS L⁻ᴴ, a gradient of tr M_i − wᴴ M_i w and a curvature of tr M_i M_j.
     fn quadratic(&self, z: &DVector<f64>) -> Result<Quadratic> {
         let Expansion {
             expected,

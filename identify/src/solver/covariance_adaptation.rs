@@ -283,6 +283,10 @@ impl<'a> Solver<&'a Costs<'a>, Here<()>> for CovarianceAdaptation<'a> {
             .collect();
         let costs = problem.bulk_problem("cost_count", points.len(), |costs| Ok(costs(&points)))?;
         assert_eq!(costs.len(), points.len(), "one cost a point");
+        if self.plan.watch.stopped() {
+            // a stop cuts searches within the costs short: this generation is made anew
+            return Ok((self.standing(state), None));
+        }
 
         let mut order: Vec<usize> = (0..costs.len()).collect();
         order.sort_by_key(|&i| costs[i]);

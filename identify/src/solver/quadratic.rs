@@ -9,6 +9,8 @@ pub struct Block {
     pub gradient: DVector<f64>,
     /// What the block's observations add to the gradient over the shared variables.
     pub share: DVector<f64>,
+    /// What they add to the curvature over the shared variables.
+    pub own: DMatrix<f64>,
     /// Curvature of the block with itself.
     pub curvature: DMatrix<f64>,
     /// Curvature of the block (rows) with the shared variables (columns).
@@ -34,10 +36,27 @@ pub struct Reduced {
     pub gradient: DVector<f64>,
     /// Curvature: the Schur complement.
     pub curvature: DMatrix<f64>,
-    /// The part of the gradient from each block's observations: clusters of a covariance.
-    pub scores: Vec<DVector<f64>>,
+    /// What each block's observations add to both: clusters of a covariance.
+    pub clusters: Vec<(DVector<f64>, DMatrix<f64>)>,
     /// (B + damping)⁻¹ [cross, gradient] of each block.
     solved: Vec<(DMatrix<f64>, DVector<f64>)>,
+}
+
+impl Reduced {
+    /// Of what was eliminated before.
+    #[cfg(test)]
+    pub fn of(
+        gradient: DVector<f64>,
+        curvature: DMatrix<f64>,
+        clusters: Vec<(DVector<f64>, DMatrix<f64>)>,
+    ) -> Self {
+        Self {
+            gradient,
+            curvature,
+            clusters,
+            solved: Vec::new(),
+        }
+    }
 }
 
 impl Quadratic {
@@ -47,17 +66,19 @@ impl Quadratic {
         let mut reduced = Reduced {
             gradient: self.gradient.clone(),
             curvature: self.curvature.clone(),
-            scores: Vec::with_capacity(self.blocks.len()),
+            clusters: Vec::with_capacity(self.blocks.len()),
             solved: Vec::with_capacity(self.blocks.len()),
         };
         for block in &self.blocks {
             let factor =
                 damped(&block.curvature, &block.curvature.diagonal(), damping).cholesky()?;
             let (cross, gradient) = (factor.solve(&block.cross), factor.solve(&block.gradient));
+            let bent = block.cross.transpose() * &cross;
             let eliminated = block.cross.transpose() * &gradient;
-            reduced.curvature -= block.cross.transpose() * &cross;
+            reduced.curvature -= &bent;
             reduced.gradient -= &eliminated;
-            reduced.scores.push(&block.share - eliminated);
+            let cluster = (&block.share - eliminated, &block.own - bent);
+            reduced.clusters.push(cluster);
             reduced.solved.push((cross, gradient));
         }
         Some(reduced)
@@ -160,6 +181,9 @@ mod tests {
         );
         let block = |k: usize| Block {
             share: jacobian.view((10 * k, 0), (10, 2)).transpose() * residual.rows(10 * k, 10),
+            own: jacobian
+                .view((10 * k, 0), (10, 2))
+                .tr_mul(&jacobian.view((10 * k, 0), (10, 2))),
             gradient: g.rows(2 + 3 * k, 3).into_owned(),
             curvature: h.view((2 + 3 * k, 2 + 3 * k), (3, 3)).into_owned(),
             cross: h.view((2 + 3 * k, 0), (3, 2)).into_owned(),
@@ -175,10 +199,12 @@ mod tests {
         assert!((&step - &full).norm() < 1e-9 * full.norm());
         let fall = -g.dot(&full) - 0.5 * full.dot(&(&h * &full));
         assert!((model.fall(&step) / fall - 1.0).abs() < 1e-9);
-        // and the clusters' scores are the reduced gradient's parts
+        // and the clusters are the reduced model's parts
         let reduced = model.reduce(0.0).unwrap();
-        let sum: DVector<f64> = reduced.scores.iter().sum();
+        let sum: DVector<f64> = reduced.clusters.iter().map(|(score, _)| score).sum();
         assert!((sum - reduced.gradient).norm() < 1e-9);
+        let sum: DMatrix<f64> = reduced.clusters.iter().map(|(_, own)| own).sum();
+        assert!((sum - reduced.curvature).norm() < 1e-9);
     }
 
     #[test]

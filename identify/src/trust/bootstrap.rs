@@ -6,8 +6,8 @@
 //! what the linearisation leaves out are in them. Replayed windows: the windows drawn with
 //! replacement, which asks nothing of the model's noise (ibid., §8.4).
 
-use super::profile::COVERAGE;
 use crate::checkpoint::Journal;
+use crate::distribution::COVERAGE;
 use crate::error::{Error, Result};
 use crate::objective::Objective;
 use crate::objective::spectral::Spectral;
@@ -334,7 +334,8 @@ fn simulated(spectral: &Spectral, z: &DVector<f64>, ridden: &Ridden, seed: u64) 
         ..Synthesis::default()
     }
     .ride()?;
-    let mut rng = stream(seed, 0);
+    // the ride's remnant is drawn from stream 0
+    let mut rng = stream(seed, 1);
     for (channel, noise) in measured.channels.iter().zip(&measured.noise) {
         let noisy = ride.channel(channel)?.iter().map(|value| {
             let normal: f64 = StandardNormal.sample(&mut rng);

@@ -132,6 +132,7 @@ mod tests {
         Information {
             curvature,
             meat: None,
+            freedom: None,
             factor: 1.0,
         }
     }

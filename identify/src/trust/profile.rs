@@ -2,17 +2,14 @@
 //! Where the cost is no parabola, its interval holds what the standard error's does not.
 //!
 //! Venzon & Moolgavkar 1988; Raue et al. 2009. The rise that a 95 % interval allows is that of the
-//! parabola of the same covariance, ½ χ²₁(.95) V_ii/(H⁻¹)_ii: the taper's factor 35/18 or the
-//! sandwich are in it (Chandler & Bate 2007).
+//! parabola of the same covariance, ½ q² V_ii/(H⁻¹)_ii with q the half width of the standard error's
+//! own interval: the taper's factor 35/18 or the sandwich are in it (Chandler & Bate 2007).
 
-use crate::distribution::chi_square_quantile;
 use crate::free::Variable;
 use crate::solver::Limits;
 use nalgebra::DVector;
 use serde::{Deserialize, Serialize};
 
-/// Probability with which an interval is to hold the truth.
-pub const COVERAGE: f64 = 0.95;
 /// Searches to a side at most.
 const SEARCHES: u64 = 40;
 /// Root of the relative rise that a step is to add.
@@ -108,6 +105,8 @@ pub struct Optimum<'a> {
     pub tangent: DVector<f64>,
     /// Variance over what the curvature alone would give: V_ii/(H⁻¹)_ii.
     pub inflation: f64,
+    /// Half width of a 95 % interval in standard errors.
+    pub quantile: f64,
 }
 
 /// Walks both sides. `conditional` seeks the least cost from a start, the profiled variable held,
@@ -116,7 +115,7 @@ pub fn profile<E>(
     optimum: &Optimum,
     mut conditional: impl FnMut(&DVector<f64>) -> Result<(f64, DVector<f64>), E>,
 ) -> Result<Curve, E> {
-    let level = 0.5 * chi_square_quantile(1.0, COVERAGE) * optimum.inflation;
+    let level = 0.5 * optimum.quantile.powi(2) * optimum.inflation;
     let mut walk = Walk {
         optimum,
         level,
@@ -190,10 +189,8 @@ impl<E, F: FnMut(&DVector<f64>) -> Result<(f64, DVector<f64>), E>> Walk<'_, F> {
         };
         let mut tangent = self.optimum.tangent.clone();
         let room = (bound - last.at).abs();
-        let end = self
-            .optimum
-            .std_error
-            .map_or(room, |s| s * chi_square_quantile(1.0, COVERAGE).sqrt());
+        let quantile = self.optimum.quantile;
+        let end = self.optimum.std_error.map_or(room, |s| s * quantile);
         let mut stride = (STRIDE * end).min(0.25 * room);
         let mut steps: Vec<Step> = Vec::new();
         let before = self.searches;
@@ -206,7 +203,8 @@ impl<E, F: FnMut(&DVector<f64>) -> Result<(f64, DVector<f64>), E>> Walk<'_, F> {
             };
             let next = self.at(at, &last, &tangent)?;
             if next.root >= 1.0 {
-                let end = self.between(last, next, &tangent, &mut steps)?;
+                let end =
+                    self.between(last, next, &tangent, (end.min(room), before), &mut steps)?;
                 return Ok((Self::points(steps, sign), Some(end)));
             }
             let moved = (next.at - last.at).abs();
@@ -219,15 +217,16 @@ impl<E, F: FnMut(&DVector<f64>) -> Result<(f64, DVector<f64>), E>> Walk<'_, F> {
         Ok((Self::points(steps, sign), None))
     }
 
-    /// Where the rise crosses the level between `below` and `above`.
+    /// Where the rise crosses the level between `below` and `above`, on a side some `half` wide that
+    /// has taken the searches since `before`.
     fn between(
         &mut self,
         mut below: Step,
         mut above: Step,
         tangent: &DVector<f64>,
+        (half, before): (f64, u64),
         steps: &mut Vec<Step>,
     ) -> Result<f64, E> {
-        let from = self.optimum.z[self.optimum.index];
         let crossing = |below: &Step, above: &Step| {
             let part = (1.0 - below.root) / (above.root - below.root);
             below.at + (above.at - below.at) * part
@@ -235,7 +234,7 @@ impl<E, F: FnMut(&DVector<f64>) -> Result<(f64, DVector<f64>), E>> Walk<'_, F> {
         steps.push(above.clone());
         while above.root - 1.0 > CLOSE && 1.0 - below.root > CLOSE {
             let width = above.at - below.at;
-            if width.abs() < CLOSE * (above.at - from).abs() {
+            if width.abs() < CLOSE * half || self.searches - before >= SEARCHES {
                 break;
             }
             let at = if above.root.is_finite() {
@@ -294,6 +293,7 @@ mod tests {
             std_error,
             tangent: DVector::from_row_slice(&[1.0, 0.0]),
             inflation: 1.0,
+            quantile: 1.959_964,
         }
     }
 
@@ -341,6 +341,17 @@ mod tests {
             assert!((cost(end, 0.0) / 1.920_729 - 1.0).abs() < 0.02, "{end}");
         }
         assert!(curve.upper.unwrap() - 1.0 > 1.5 * (1.0 - curve.lower.unwrap()));
+    }
+
+    #[test]
+    fn a_wall_at_the_optimum_ends_a_side() {
+        let cost = |x: f64, _: f64| if x > 0.0 { f64::INFINITY } else { 0.5 * x * x };
+        let (z, limits) = (DVector::zeros(2), limits(-10.0, 10.0));
+        let optimum = optimum(&z, &limits, Some(1.0));
+        let curve = profile(&optimum, along(cost, |_| 0.0)).unwrap();
+        let upper = curve.upper.unwrap();
+        assert!((0.0..0.02 * optimum.quantile).contains(&upper), "{upper}");
+        assert!(curve.searches < 2 * SEARCHES, "{}", curve.searches);
     }
 
     #[test]

@@ -2,7 +2,6 @@
 
 use super::Solved;
 use super::bootstrap::{Bootstrap, Draw, Kind};
-use super::insensitivity::Rule;
 use crate::checkpoint::Journal;
 use crate::effort::Effort;
 use crate::fit::{Fit, fit};
@@ -62,7 +61,6 @@ fn profiles_of_a_fit_lie_about_its_intervals() {
     let (problem, fit) = fitted(&[plan.ridden(&ride)], &plan);
     for (profile, estimate) in solved(&problem, &fit)
         .profiles()
-        .unwrap()
         .iter()
         .zip(&fit.parameters)
     {
@@ -91,7 +89,7 @@ fn the_rule_leaves_out_the_damping_and_keeps_the_tyres() {
     ];
     let plan = plan(Objective::Whittle, &free);
     let (problem, fit) = fitted(&[plan.ridden(&ride)], &plan);
-    let reduction = solved(&problem, &fit).reduce(1.0).unwrap();
+    let reduction = solved(&problem, &fit).reduce(1.0).unwrap().unwrap();
     let kept: Vec<_> = reduction.kept.iter().map(|s| s.name.as_str()).collect();
     assert_eq!(
         kept,
@@ -109,10 +107,6 @@ fn the_rule_leaves_out_the_damping_and_keeps_the_tyres() {
     assert!(dropped.sensitivity.cramer_rao.unwrap() > 0.2);
     assert_eq!(dropped.fixed_at, plan.excitation.effective_damping);
     assert!(dropped.cost_rise > 0.0);
-    assert!(matches!(
-        dropped.rule,
-        Rule::CramerRao | Rule::Insensitivity
-    ));
 }
 
 #[test]

@@ -64,6 +64,7 @@ mod tests {
         let of = |meat: Option<DMatrix<f64>>, factor| Information {
             curvature: h.clone(),
             meat,
+            freedom: None,
             factor,
         };
         let plain = Criteria::new(100.0, &of(None, 1.0), 50.0, "bins");

@@ -1,6 +1,7 @@
 #![expect(clippy::unwrap_used, reason = "a failed step is a failed test")]
 use super::*;
 use crate::free::{Candidate, Free};
+use crate::objective::together::{Member, Together};
 use crate::synthesis::{SensorNoise, Synthesis};
 use bicycle::simulate::rk4;
 use bicycle::{Input, dynamics};
@@ -294,7 +295,15 @@ fn gains_and_offsets_are_found_beside_the_friction() {
     )
     .unwrap();
     assert!(found.converged, "{}", found.termination);
-    let information = time.information(&found.point).unwrap();
+    let rides = Together {
+        priors: vec![None; free.len()],
+        factor: 1.0,
+        members: vec![Member {
+            variables: (0..free.len()).collect(),
+            landscape: time.clone(),
+        }],
+    };
+    let information = information(&rides, &found.point).unwrap();
     let inverse = information.curvature.clone().try_inverse().unwrap();
     let covariance = &inverse * information.meat.unwrap() * &inverse;
     for (i, (name, expected)) in expected.iter().enumerate() {

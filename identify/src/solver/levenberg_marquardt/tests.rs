@@ -342,6 +342,7 @@ fn the_blocks_behind_the_shared_variables_are_searched_too() {
                 blocks: vec![crate::solver::Block {
                     gradient: DVector::from_element(1, both + own),
                     share: DVector::from_element(1, both),
+                    own: DMatrix::from_element(1, 1, 1.0),
                     curvature: DMatrix::from_element(1, 1, 2.0),
                     cross: DMatrix::from_element(1, 1, 1.0),
                 }],
