@@ -18,7 +18,7 @@ use nalgebra::{DMatrix, DVector, Dyn, LU};
 use stationary::{Stationary, Swing, entries, packed, unpacked};
 use std::f64::consts::TAU;
 
-pub use expected::Expansion;
+pub use expected::{Bin, Expansion};
 pub use gains::sign_gain;
 
 /// Above this steering [rad rms] the linearisation has not been checked.

@@ -2,6 +2,7 @@
 
 use crate::error::{Error, Result};
 use crate::ride::base;
+use crate::solver::Limits;
 use bicycle::{Excitation, Formulation, Instruments, Parameters, Quantity};
 use nalgebra::DVector;
 use serde::{Deserialize, Serialize};
@@ -97,6 +98,20 @@ pub struct Prior {
     pub deviation: f64,
 }
 
+/// Longest change of a free parameter in one step of a search, in variables.
+const REACH: f64 = 0.7;
+
+/// The box of a search for `free`, and how far it steps.
+pub fn limits<'a>(free: impl IntoIterator<Item = &'a Free>) -> Limits {
+    let bounds = |f: &Free| (f.variable(f.lower), f.variable(f.upper));
+    let (lower, upper): (Vec<f64>, Vec<f64>) = free.into_iter().map(bounds).unzip();
+    Limits {
+        reach: DVector::from_element(lower.len(), REACH),
+        lower: DVector::from_vec(lower),
+        upper: DVector::from_vec(upper),
+    }
+}
+
 /// A free parameter: its row, its bounds and how it is sought.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Free {
@@ -111,7 +126,7 @@ pub struct Free {
     pub scope: Scope,
     /// The scale of the search.
     pub scale: Scale,
-    /// What was known before.
+    /// What was known before: normal on the scale of the search.
     pub prior: Option<Prior>,
 }
 

@@ -110,6 +110,17 @@ impl Information {
         )
     }
 
+    /// The curvature alone.
+    #[must_use]
+    pub fn plain(&self) -> Self {
+        Self {
+            curvature: self.curvature.clone(),
+            meat: None,
+            freedom: None,
+            factor: 1.0,
+        }
+    }
+
     /// The same of the variables `kept` alone, the others known.
     #[must_use]
     pub fn of(&self, kept: &[usize]) -> Self {

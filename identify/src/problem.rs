@@ -2,19 +2,22 @@
 //! searches of one problem.
 
 use crate::error::{Error, Result};
-use crate::free::{Candidate, Free, Variable};
+use crate::free::{Candidate, Variable, limits};
 use crate::objective::amplitude::Amplitude;
 use crate::objective::free_response::free_response;
 use crate::objective::frf::Frf;
 use crate::objective::spectral::{Measured, Spectral};
 use crate::objective::time::{self, Time};
-use crate::objective::together::{Member, Together};
+use crate::objective::together::{Known, Member, Together};
 use crate::objective::whittle::Whittle;
 use crate::objective::{Information, Objective};
 use crate::plan::{Plan, Resolved, Ridden, names, resolve};
 use crate::progress::Watch;
 use crate::solver::{Cost, Landscape, Limits, Outcome, Search, Searchable, minimise};
+use crate::verdict::spread;
 use nalgebra::DVector;
+use rand::Rng;
+use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -121,6 +124,18 @@ impl Problem {
             own,
             max_iterations: plan.max_iterations,
         };
+        if problem.priors().iter().any(Option::is_some) {
+            // CIFER's cost is no likelihood that a prior could be weighed against
+            problem.objective.check(
+                "a prior",
+                &[
+                    Objective::Amplitude,
+                    Objective::Whittle,
+                    Objective::Time,
+                    Objective::FreeResponse,
+                ],
+            )?;
+        }
         let (observations, free) = (problem.observations(), problem.variables.len());
         if observations <= free {
             return Err(Error::TooFewObservations {
@@ -129,7 +144,47 @@ impl Problem {
             });
         }
         problem.own = problem.stand()?;
+        problem.weigh_priors()?;
         Ok(problem)
+    }
+
+    fn priors(&mut self) -> &mut Vec<Option<Known>> {
+        match &mut self.rides {
+            Rides::Amplitude(spectra) | Rides::Whittle(spectra) => &mut spectra.priors,
+            Rides::Time(windows) => &mut windows.priors,
+            Rides::Frf(responses) => &mut responses.priors,
+        }
+    }
+
+    /// Gives priors their weight against replayed windows, whose curvature counts every sample as
+    /// if it stood alone: by the variances of the estimates without them.
+    fn weigh_priors(&mut self) -> Result<()> {
+        let priors = self.priors().clone();
+        if priors.iter().all(Option::is_none) || !self.objective.is_replayed() {
+            return Ok(());
+        }
+        self.priors().fill(None);
+        let found = self.search(&self.start(), &[], &Watch::default())?;
+        let information = self.information(&found.outcome.point)?;
+        let (scattered, plain) = (spread(&information), spread(&information.plain()));
+        *self.priors() = priors;
+        for (i, known) in self.priors().iter_mut().enumerate() {
+            // what the windows do not see has its prior alone, whatever its weight
+            if let (Some(known), None) = (known, &scattered.singular[i]) {
+                known.factor = scattered.covariance[(i, i)] / plain.covariance[(i, i)];
+            }
+        }
+        Ok(())
+    }
+
+    /// Draws the means of what was known before anew, as if the truth were at `z`.
+    pub fn redraw_known(&mut self, z: &DVector<f64>, rng: &mut impl Rng) {
+        for (known, z) in self.priors().iter_mut().zip(z.iter()) {
+            if let Some(known) = known {
+                let normal: f64 = StandardNormal.sample(rng);
+                known.mean = z + known.deviation * normal;
+            }
+        }
     }
 
     /// Number of variables that are no block's.
@@ -156,18 +211,7 @@ impl Problem {
 
     /// The bounds of the shared variables.
     pub fn limits(&self) -> Limits {
-        let variables = |value: fn(&Free) -> f64| {
-            let values = self
-                .variables
-                .iter()
-                .map(|v| v.free.variable(value(&v.free)));
-            DVector::from_iterator(self.shared(), values)
-        };
-        Limits {
-            lower: variables(|f| f.lower),
-            upper: variables(|f| f.upper),
-            reach: DVector::from_element(self.shared(), 0.7),
-        }
+        limits(self.variables.iter().map(|v| &v.free))
     }
 
     /// The values of the free parameters [SI] at the variables `z`.
@@ -398,7 +442,15 @@ fn build(
         Objective::Amplitude | Objective::Whittle => resolved.recipe.taper.covariance_factor(),
         Objective::Time | Objective::FreeResponse | Objective::Frf => 1.0,
     };
-    let priors: Vec<_> = variables.iter().map(|v| v.free.prior_variable()).collect();
+    let known = |v: &Variable| {
+        let (mean, deviation) = v.free.prior_variable()?;
+        Some(Known {
+            mean,
+            deviation,
+            factor,
+        })
+    };
+    let priors: Vec<_> = variables.iter().map(known).collect();
     let spectra = || {
         together(rides, indices, &priors, factor, |ridden| {
             let (ride, speed) = (ridden.ride, ridden.speed);
@@ -452,7 +504,7 @@ fn build(
 fn together<'a, L>(
     rides: &[Ridden<'a>],
     indices: &[Vec<usize>],
-    priors: &[Option<(f64, f64)>],
+    priors: &[Option<Known>],
     factor: f64,
     landscape: impl Fn(&Ridden<'a>) -> Result<L>,
 ) -> Result<Together<L>> {

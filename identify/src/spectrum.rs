@@ -227,7 +227,7 @@ impl Analysis {
     /// residual, taper and transform are linear, so [`Self::coefficients`] is a product with these.
     pub fn weights(&self) -> Vec<[f64; 2]> {
         let (n, bins) = (self.samples, self.bins.len());
-        let (before, after) = (self.window / 2, (self.window - 1) / 2);
+        let (before, after) = reach(self.window);
         let scale = (self.step / n as f64).sqrt();
         let mut weights = vec![[0.0; 2]; n * bins];
         for (b, &bin) in self.bins.iter().enumerate() {

@@ -53,11 +53,7 @@ impl<'a> Solved<'a> {
     pub fn profile(&self, i: usize) -> Option<Profile> {
         let n = self.z.len();
         let own = spread(&self.information);
-        let plain = spread(&Information {
-            meat: None,
-            factor: 1.0,
-            ..self.information.clone()
-        });
+        let plain = spread(&self.information.plain());
         let variance = own.covariance[(i, i)];
         let regular = own.singular[i].is_none() && variance > 0.0;
         let optimum = Optimum {

@@ -154,7 +154,7 @@ impl<T: Pack, const D: usize> Powers<T, D> {
 /// What a step multiplies by what.
 #[derive(Clone, Copy)]
 pub(super) struct Weights<T, const D: usize, const R: usize> {
-    /// h φ₀: the free motion.
+    /// φ₀: the free motion.
     pub free: Matrix<T, D>,
     /// h φ₁: a remainder that stays.
     pub first: [[T; R]; D],

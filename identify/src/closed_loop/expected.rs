@@ -9,7 +9,7 @@ use nalgebra::{Complex, DMatrix, DVector};
 use std::f64::consts::TAU;
 
 /// One bin of several channels: a Hermitian matrix of cross-powers [unit²/Hz].
-type Bin = DMatrix<Complex<f64>>;
+pub type Bin = DMatrix<Complex<f64>>;
 
 /// Expected cross-powers and their derivatives.
 #[derive(Debug, Clone)]
@@ -241,9 +241,9 @@ impl ClosedLoop {
             (0..real.nrows()).map(bin).collect()
         };
         let mut expected = bins(0);
-        for bin in &mut expected {
+        for (bin, white) in expected.iter_mut().zip(&kernel.white) {
             for (i, deviation) in noise.iter().enumerate() {
-                bin[(i, i)] += deviation * deviation * step;
+                bin[(i, i)] += deviation * deviation * step * white;
             }
         }
         Expansion {

@@ -6,7 +6,8 @@
 //! the parameters stay: weights from the measured amplitude pull every estimate down.
 
 use super::Information;
-use super::spectral::{Bin, Spectral};
+use super::spectral::Spectral;
+use crate::closed_loop::Bin;
 use crate::closed_loop::Expansion;
 use crate::error::Result;
 use crate::solver::{Landscape, Quadratic};

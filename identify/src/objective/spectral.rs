@@ -1,7 +1,7 @@
 //! Spectra measured and expected: what `amplitude` and `whittle` share.
 
 use super::{Information, Unknowns};
-use crate::closed_loop::{ClosedLoop, Drive, Expansion, LineMotion};
+use crate::closed_loop::{Bin, ClosedLoop, Drive, Expansion, LineMotion};
 use crate::error::{Error, Result};
 use crate::ride::Ride;
 use crate::spectrum::{Analysis, Kernel, Recipe};
@@ -11,9 +11,6 @@ use std::sync::Arc;
 
 /// Above this frequency [Hz] a bicycle does not move and a channel is noise.
 pub const QUIET: f64 = 10.0;
-
-/// One bin of several channels: a Hermitian matrix.
-pub type Bin = DMatrix<Complex<f64>>;
 
 /// The spectrum of a ride in some channels.
 #[derive(Clone)]

@@ -16,15 +16,33 @@ pub struct Member<L> {
     pub variables: Vec<usize>,
 }
 
+/// What was known of a variable before the rides.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Known {
+    /// Its mean.
+    pub mean: f64,
+    /// Its standard deviation.
+    pub deviation: f64,
+    /// By what the variance of an estimate exceeds that of the inverse curvature: the weight that
+    /// gives mean and rides their share by their variances.
+    pub factor: f64,
+}
+
+impl Known {
+    /// Curvature of its cost.
+    fn weight(&self) -> f64 {
+        self.factor / (self.deviation * self.deviation)
+    }
+}
+
 /// The rides, over variables they share and then the blocks of each.
 #[derive(Debug, Clone)]
 pub struct Together<L> {
     /// The rides.
     pub members: Vec<Member<L>>,
-    /// Mean and standard deviation of what was known before of each shared variable.
-    pub priors: Vec<Option<(f64, f64)>>,
-    /// By what the covariance of the estimates exceeds the inverse curvature: the weight of a
-    /// prior against the rides.
+    /// What was known before of each shared variable.
+    pub priors: Vec<Option<Known>>,
+    /// By what the covariance of the estimates exceeds the inverse curvature.
     pub factor: f64,
 }
 
@@ -85,23 +103,27 @@ impl<L: Landscape> Together<L> {
                 add(total, meat, &member.variables);
             }
         }
-        let before = self.known_before();
-        sum.curvature += &before;
+        sum.curvature += self.known_curvature();
         if let Some(meat) = &mut sum.meat {
-            *meat += before;
+            *meat += self.known_scatter();
         }
         Ok(sum)
     }
 
-    /// Curvature of what was known before; its gradient scatters as much.
-    pub fn known_before(&self) -> DMatrix<f64> {
-        let weight = |prior: &Option<(f64, f64)>| {
-            prior.map_or(0.0, |(_, deviation)| self.factor / (deviation * deviation))
-        };
-        DMatrix::from_diagonal(&DVector::from_iterator(
-            self.shared(),
-            self.priors.iter().map(weight),
-        ))
+    fn of_known(&self, of: impl Fn(&Known) -> f64) -> DMatrix<f64> {
+        let priors = self.priors.iter();
+        let values = priors.map(|known| known.as_ref().map_or(0.0, &of));
+        DMatrix::from_diagonal(&DVector::from_iterator(self.shared(), values))
+    }
+
+    /// Curvature of what was known before.
+    fn known_curvature(&self) -> DMatrix<f64> {
+        self.of_known(Known::weight)
+    }
+
+    /// Covariance of its gradient.
+    pub(super) fn known_scatter(&self) -> DMatrix<f64> {
+        self.of_known(|known| known.factor * known.weight())
     }
 }
 
@@ -121,9 +143,9 @@ impl<L: Landscape> Landscape for Together<L> {
 
     fn cost(&self, z: &DVector<f64>) -> f64 {
         let rides: f64 = self.each(z, L::cost).into_iter().sum();
-        let known = self.priors.iter().zip(z.iter()).filter_map(|(prior, z)| {
-            let (mean, deviation) = (*prior)?;
-            Some(0.5 * self.factor * ((z - mean) / deviation).powi(2))
+        let known = self.priors.iter().zip(z.iter()).filter_map(|(known, z)| {
+            let known = known.as_ref()?;
+            Some(0.5 * known.weight() * (z - known.mean).powi(2))
         });
         rides + known.sum::<f64>()
     }
@@ -162,13 +184,12 @@ impl<L: Landscape> Landscape for Together<L> {
                 block
             }));
         }
-        let before = self.known_before();
-        for (i, prior) in self.priors.iter().enumerate() {
-            if let Some((mean, _)) = prior {
-                sum.gradient[i] += before[(i, i)] * (z[i] - mean);
+        for (i, known) in self.priors.iter().enumerate() {
+            if let Some(known) = known {
+                sum.gradient[i] += known.weight() * (z[i] - known.mean);
             }
         }
-        sum.curvature += before;
+        sum.curvature += self.known_curvature();
         Ok(sum)
     }
 }
@@ -288,7 +309,11 @@ mod tests {
         let members = vec![member([0.0, 1.0, 2.0], 0)];
         let together = Together {
             members,
-            priors: vec![Some((4.0, 0.5f64.sqrt()))],
+            priors: vec![Some(Known {
+                mean: 4.0,
+                deviation: 0.5f64.sqrt(),
+                factor: 1.0,
+            })],
             factor: 1.0,
         };
         // information 2 of the ride at 1, 2 of the prior at 4

@@ -2,7 +2,8 @@
 //! cross-spectra included. Whittle 1953; Fisher scoring, I_ij = Σ tr(S⁻¹ ∂_iS S⁻¹ ∂_jS).
 
 use super::Information;
-use super::spectral::{Bin, Spectral};
+use super::spectral::Spectral;
+use crate::closed_loop::Bin;
 use crate::closed_loop::Expansion;
 use crate::error::{Error, Result};
 use crate::solver::{Landscape, Quadratic};

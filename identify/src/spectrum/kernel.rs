@@ -15,6 +15,8 @@ pub struct Kernel {
     even: DMatrix<f64>,
     /// |W_k(f)|² − |W_k(−f)|², times df: what the imaginary part of a cross-density meets.
     odd: DMatrix<f64>,
+    /// Expected |Y_k|² of white noise of density 1 in each bin.
+    pub white: Vec<f64>,
 }
 
 /// Points of the density to a bin: they resolve |W_k|² of a record of that length.
@@ -46,6 +48,7 @@ impl Kernel {
         }
         Self {
             frequencies,
+            white: even.column_sum().iter().copied().collect(),
             even,
             odd,
         }

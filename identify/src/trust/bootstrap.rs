@@ -223,7 +223,9 @@ impl<'a> Bootstrap<'a> {
                 ..ridden.clone()
             })
             .collect();
-        let problem = Problem::new(&ridden, &self.plan)?;
+        let mut problem = Problem::new(&ridden, &self.plan)?;
+        // a prior is a datum as well
+        problem.redraw_known(&self.z, &mut rng);
         if let (Rides::Time(windows), Rides::Time(redrawn)) = (&self.problem.rides, &problem.rides)
         {
             let count = |rides: &Together<Time>| -> usize {

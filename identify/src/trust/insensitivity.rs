@@ -18,7 +18,7 @@ pub const CRAMER_RAO: f64 = 0.20;
 pub struct Sensitivity {
     /// Name of the parameter.
     pub name: String,
-    /// Standard error over the value were all others known, 1/√H_ii; none where nothing changes
+    /// Standard error over the value were all others known, 1/√H_ii, of windows their scatter; none where nothing changes
     /// with it or the value is 0.
     pub insensitivity: Option<f64>,
     /// Standard error over the value with all others sought, √(H⁻¹)_ii; none where it is infinite

@@ -2,10 +2,10 @@
 
 use super::Time;
 use crate::error::{Error, Result};
-use crate::free::Free;
+use crate::free::limits;
 use crate::objective::spectral::QUIET;
 use crate::progress::Watch;
-use crate::solver::{Landscape, Limits, Search, minimise};
+use crate::solver::{Landscape, Search, minimise};
 use crate::spectrum::{Analysis, Recipe};
 use nalgebra::DVector;
 
@@ -26,15 +26,7 @@ impl Time {
                 .unwrap_or(0.0)
                 .max(LEAST * deviation(channel));
         }
-        let free = &self.unknowns.free;
-        let bound = |value: fn(&Free) -> f64| {
-            DVector::from_iterator(free.len(), free.iter().map(|f| f.variable(value(f))))
-        };
-        let limits = Limits {
-            lower: bound(|f| f.lower),
-            upper: bound(|f| f.upper),
-            reach: DVector::from_element(free.len(), 0.7),
-        };
+        let limits = limits(&self.unknowns.free);
         let search = Search {
             limits: &limits,
             held: &[],

@@ -29,7 +29,7 @@ pub fn information(rides: &Together<Time>, z: &DVector<f64>) -> Result<Informati
         .ok_or_else(|| Error::Search("the curvature of a window is not finite".into()))?;
     let (windows, free) = (reduced.clusters.len() as f64, rides.shared() as f64);
     Ok(Information {
-        meat: Some(scatter(&reduced) + rides.known_before()),
+        meat: Some(scatter(&reduced) + rides.known_scatter()),
         curvature: reduced.curvature,
         freedom: Some((windows - free).max(1.0)),
         factor: 1.0,
@@ -74,9 +74,9 @@ mod tests {
     /// Straight lines through the origin, y = x · slope, a cluster of three points each.
     fn clusters() -> Vec<(DVector<f64>, DVector<f64>)> {
         (0..7)
-            .map(|c: i32| {
-                let entry = |k: usize| f64::from(c * 3 + k as i32 + 1);
-                let x = DVector::from_fn(3, |k, _| (1.7 * entry(k)).sin() + 0.3 * f64::from(c));
+            .map(|c: usize| {
+                let entry = |k: usize| (c * 3 + k + 1) as f64;
+                let x = DVector::from_fn(3, |k, _| (1.7 * entry(k)).sin() + 0.3 * c as f64);
                 let y = DVector::from_fn(3, |k, _| 2.0 * x[k] + (5.1 * entry(k)).cos());
                 (x, y)
             })
