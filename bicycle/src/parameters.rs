@@ -127,6 +127,16 @@ impl<T: Real> Parameters<T> {
             ..*self
         }
     }
+
+    /// The same bicycle with a rider who steers by roll [N m/rad] and roll rate [N m s/rad] alone.
+    #[must_use]
+    pub fn steered_by_roll(&self, roll_gain: f64, roll_rate_gain: f64) -> Self {
+        Self {
+            rider_roll_gain: T::from(roll_gain),
+            rider_roll_rate_gain: T::from(roll_rate_gain),
+            ..self.riderless()
+        }
+    }
 }
 
 impl<T: Copy> Parameters<T> {

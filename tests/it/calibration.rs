@@ -152,13 +152,7 @@ fn setups() -> [Setup; 8] {
 }
 
 fn rider() -> Parameters {
-    Parameters {
-        rider_roll_gain: 150.0,
-        rider_roll_rate_gain: 60.0,
-        rider_steer_gain: 0.0,
-        rider_steer_rate_gain: 0.0,
-        ..Parameters::default()
-    }
+    Parameters::default().steered_by_roll(150.0, 60.0)
 }
 
 fn synthesis(seed: u64) -> Synthesis {

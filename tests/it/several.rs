@@ -12,13 +12,7 @@ use identify::ride::Ride;
 use identify::synthesis::Synthesis;
 
 fn rider() -> Parameters {
-    Parameters {
-        rider_roll_gain: 150.0,
-        rider_roll_rate_gain: 60.0,
-        rider_steer_gain: 0.0,
-        rider_steer_rate_gain: 0.0,
-        ..Parameters::default()
-    }
+    Parameters::default().steered_by_roll(150.0, 60.0)
 }
 
 fn ride(seed: u64, parameters: &Parameters) -> Ride {

@@ -63,12 +63,6 @@ fn the_model_spectrum_is_the_mean_of_simulated_rides() {
 
 #[test]
 fn the_model_spectrum_holds_at_four_degrees_of_steering() {
-    let rider = Parameters {
-        rider_roll_gain: 150.0,
-        rider_roll_rate_gain: 60.0,
-        rider_steer_gain: 0.0,
-        rider_steer_rate_gain: 0.0,
-        ..Parameters::default()
-    };
+    let rider = Parameters::default().steered_by_roll(150.0, 60.0);
     assert_model_spectrum(&rider, 1.2);
 }

@@ -7,13 +7,7 @@ use nalgebra::Complex;
 /// The two loops of the fits: a rider who only leans, and the nominal one; the four-body bicycles
 /// with all orders that they have.
 fn loops() -> Vec<(Parameters, Formulation)> {
-    let leaning = Parameters {
-        rider_roll_gain: 150.0,
-        rider_roll_rate_gain: 60.0,
-        rider_steer_gain: 0.0,
-        rider_steer_rate_gain: 0.0,
-        ..Parameters::default()
-    };
+    let leaning = Parameters::default().steered_by_roll(150.0, 60.0);
     let unsmoothed = Parameters {
         steer_smoothing: 0.0,
         steer_rate_smoothing: 0.0,

@@ -16,13 +16,7 @@ use bicycle::Parameters;
 
 /// A rider on roll and roll rate alone, on the nominal bicycle.
 fn rider() -> Parameters {
-    Parameters {
-        rider_roll_gain: 150.0,
-        rider_roll_rate_gain: 60.0,
-        rider_steer_gain: 0.0,
-        rider_steer_rate_gain: 0.0,
-        ..Parameters::default()
-    }
+    Parameters::default().steered_by_roll(150.0, 60.0)
 }
 
 fn ride(duration: f64, torque_recorded: bool) -> Ride {
