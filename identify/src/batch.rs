@@ -6,7 +6,7 @@ use crate::kernel::{self, Work};
 use bicycle::batch::{self, Lane, Plan, See, Unfit};
 use bicycle::lanes::Pack;
 use bicycle::simulate::Stop;
-use bicycle::{Formulation, State};
+use bicycle::{Bicycle, Formulation, Parameters, State};
 use nalgebra::Complex;
 
 /// A ride to be simulated: a bicycle with what acts on it.
@@ -23,9 +23,20 @@ pub struct Excited<'a> {
 pub enum Wanted<'a> {
     /// The steer angle [rad] at each sample.
     Steer,
-    /// Fourier coefficients of the steer angle: sample after sample the weights of each bin, real
-    /// and imaginary, as [`crate::spectrum::Analysis::weights`] gives them.
-    Band(&'a [[f64; 2]]),
+    /// Fourier coefficients of a band.
+    Band(Band<'a>),
+}
+
+/// Fourier coefficients wanted of rides.
+#[derive(Debug, Clone, Copy)]
+pub struct Band<'a> {
+    /// Samples that are ridden before the record begins.
+    pub before: usize,
+    /// Rows of the state.
+    pub channels: &'a [usize],
+    /// Sample after sample of the record the weights of each bin, real and imaginary, as
+    /// [`crate::spectrum::Analysis::weights`] gives them.
+    pub weights: &'a [[f64; 2]],
 }
 
 /// What came out of a ride.
@@ -33,8 +44,8 @@ pub enum Wanted<'a> {
 pub enum Ridden {
     /// Steer angles [rad].
     Steer(Vec<f64>),
-    /// Fourier coefficients, one for each bin.
-    Band(Vec<Complex<f64>>),
+    /// Fourier coefficients, one for each bin, channel after channel.
+    Band(Vec<Vec<Complex<f64>>>),
     /// It ended early.
     Stopped(Stop),
 }
@@ -94,7 +105,7 @@ impl Work for Batch<'_> {
     fn run<T: Pack>(self) -> Self::Output {
         let lanes: Vec<Lane> = self.rides.iter().map(|ride| ride.lane).collect();
         let torques: Vec<&[f64]> = self.rides.iter().map(|ride| ride.torque).collect();
-        let mut fold = Fold::<T>::new(self.wanted, self.plan);
+        let mut fold = Fold::<T>::new(&self, &lanes);
         let (torques, formulation) = (torques.as_slice(), self.formulation);
         let outcome = batch::ride(&lanes, formulation, self.plan, torques, &mut fold)?;
         let stops = outcome.stops.into_iter().enumerate();
@@ -104,30 +115,60 @@ impl Work for Batch<'_> {
 
 /// What has been seen of a batch so far.
 struct Fold<'a, T> {
-    weights: Option<&'a [[f64; 2]]>,
+    band: Option<Band<'a>>,
+    /// The bicycles and their speeds, where their yaw rate is no state but follows from others.
+    bound: Option<(Bicycle<T>, T)>,
     steer: Vec<T>,
+    /// Channel after channel.
     sums: Vec<[T; 2]>,
+    bins: usize,
 }
 
 impl<'a, T: Pack> Fold<'a, T> {
-    fn new(wanted: Wanted<'a>, plan: &Plan) -> Self {
-        let (weights, bins, samples) = match wanted {
+    fn new(batch: &Batch<'a>, lanes: &[Lane]) -> Self {
+        let Batch {
+            plan,
+            wanted,
+            formulation,
+            ..
+        } = *batch;
+        let (band, bins, samples) = match wanted {
             Wanted::Steer => (None, 0, plan.samples),
-            Wanted::Band(weights) => (Some(weights), weights.len() / plan.samples.max(1), 0),
+            Wanted::Band(band) => {
+                let record = plan.samples.saturating_sub(band.before).max(1);
+                (Some(band), band.weights.len() / record, 0)
+            }
         };
+        let lane = |i: usize| &lanes[i.min(lanes.len() - 1)];
+        let bound = lanes.first().and_then(|first| {
+            let row = |i: usize| T::from_fn(|lane_| lane(lane_).parameters.get(i));
+            let yaw = State::index("yaw_rate")?;
+            let seen = band.is_some_and(|band| band.channels.contains(&yaw));
+            let still = Bicycle::new(&first.parameters, formulation).order() <= yaw;
+            (seen && still).then(|| {
+                let parameters = Parameters::from_array(std::array::from_fn(row));
+                let speed = T::from_fn(|i| lane(i).speed);
+                (Bicycle::new(&parameters, formulation), speed)
+            })
+        });
         Self {
-            weights,
+            band,
+            bound,
             steer: Vec::with_capacity(samples),
-            sums: vec![[T::from(0.0); 2]; bins],
+            sums: vec![[T::from(0.0); 2]; band.map_or(0, |band| band.channels.len() * bins)],
+            bins,
         }
     }
 
     fn of(&self, lane: usize, stop: Option<Stop>) -> Ridden {
         let coefficient = |[re, im]: &[T; 2]| Complex::new(re.lane(lane), im.lane(lane));
-        match (stop, self.weights) {
+        match (stop, self.band) {
             (Some(stop), _) => Ridden::Stopped(stop),
             (None, None) => Ridden::Steer(self.steer.iter().map(|s| s.lane(lane)).collect()),
-            (None, Some(_)) => Ridden::Band(self.sums.iter().map(coefficient).collect()),
+            (None, Some(_)) => {
+                let channels = self.sums.chunks(self.bins.max(1));
+                Ridden::Band(channels.map(|c| c.iter().map(coefficient).collect()).collect())
+            }
         }
     }
 }
@@ -135,14 +176,24 @@ impl<'a, T: Pack> Fold<'a, T> {
 impl<T: Pack> See<T> for Fold<'_, T> {
     #[inline(always)]
     fn sample(&mut self, k: usize, x: &State<T>) {
-        let Some(weights) = self.weights else {
+        let Some(band) = self.band else {
             self.steer.push(x.steer);
             return;
         };
-        let bins = self.sums.len();
-        for (sum, weight) in self.sums.iter_mut().zip(&weights[k * bins..]) {
-            sum[0] = T::from(weight[0]).mul_add(x.steer, sum[0]);
-            sum[1] = T::from(weight[1]).mul_add(x.steer, sum[1]);
+        let Some(k) = k.checked_sub(band.before) else {
+            return;
+        };
+        let mut seen = *x;
+        if let Some((bicycle, speed)) = &self.bound {
+            seen.yaw_rate = bicycle.yaw_rate(x, *speed);
+        }
+        let weights = &band.weights[k * self.bins..];
+        for (row, sums) in band.channels.iter().zip(self.sums.chunks_mut(self.bins.max(1))) {
+            let value = seen.get(*row);
+            for (sum, weight) in sums.iter_mut().zip(weights) {
+                sum[0] = T::from(weight[0]).mul_add(value, sum[0]);
+                sum[1] = T::from(weight[1]).mul_add(value, sum[1]);
+            }
         }
     }
 }

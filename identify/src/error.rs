@@ -361,6 +361,24 @@ pub enum Error {
     /// A simulated ride that ended early.
     #[error("the simulated ride ended early: {0}")]
     Stopped(#[from] bicycle::simulate::Stop),
+    /// Simulated rides that ended early; of all they were to ride the part cut off.
+    #[error("{fallen} of {of} simulated rides ended early; the first: {first}")]
+    Fell {
+        fallen: usize,
+        of: usize,
+        cut: f64,
+        first: String,
+    },
+    /// A step that an FMU could not take.
+    #[error("the FMU stopped at {time} s: {why}")]
+    FailedStep { time: f64, why: String },
+    /// A variable of an FMU that cannot stand for a row of ours.
+    #[error("{row}: expected a Real {expected} of the FMU, found {found}")]
+    Counterpart {
+        row: &'static str,
+        expected: String,
+        found: String,
+    },
     /// A closed loop without a steady spectrum.
     #[error(
         "expected a stable closed loop, found growth of {growth:.2} 1/s at {frequency:.2} Hz: \

@@ -162,7 +162,7 @@ fn explained(problem: &Problem, z: &DVector<f64>) -> Result<Vec<Explained>> {
             noise: spectral.measured.noise.clone(),
             observations,
             misfit,
-            steer_rate_deviation: Some(spectral.closed_loop(z)?.steer_rate_deviation()),
+            steer_rate_deviation: spectral.beside(z)?.map(|l| l.steer_rate_deviation()),
             replays: Vec::new(),
         })
     };

@@ -3,6 +3,7 @@
 pub mod amplitude;
 pub mod free_response;
 pub mod frf;
+pub mod simulated;
 pub mod spectral;
 pub mod time;
 pub mod together;

@@ -2,6 +2,7 @@
 
 use crate::error::{Error, Result};
 use crate::free::{ALL, Candidate, Free, Prior, Scale, Scope, Tie, Variable, all};
+use crate::model::Model;
 use crate::objective::{Objective, Unknowns};
 use crate::ride::Ride;
 use crate::spectrum::{Recipe, Taper};
@@ -77,6 +78,8 @@ pub struct Plan {
     pub noise: Option<Vec<f64>>,
     /// Most iterations of a search.
     pub max_iterations: u64,
+    /// What stands for the bicycle.
+    pub model: Model,
 }
 
 impl Default for Plan {
@@ -98,6 +101,7 @@ impl Default for Plan {
             window: None,
             noise: None,
             max_iterations: 100,
+            model: Model::default(),
         }
     }
 }
@@ -232,11 +236,14 @@ pub fn resolve(rides: &[Ridden], plan: &Plan) -> Result<Resolved> {
         channels
             .iter()
             .try_for_each(|c| ride.channel(c).map(drop))?;
-        let bicycle = Bicycle::new(parameters, plan.formulation);
         // windows leave out where a ride stands; spectra cannot
         if !objective.is_replayed() {
             ride.check_moving()?;
         }
+        if plan.model.foreign().is_some() {
+            continue;
+        }
+        let bicycle = Bicycle::new(parameters, plan.formulation);
         simulate::check(&bicycle, ride.mean_speed(*speed))?;
         check_moved(&channels, &bicycle)?;
     }
@@ -269,6 +276,10 @@ pub fn resolve(rides: &[Ridden], plan: &Plan) -> Result<Resolved> {
         let place = free.iter_mut().find(|f| f.row.name == *name);
         let place = place.ok_or_else(|| Error::unknown("free parameter", name, known))?;
         *place = change.apply(*place)?;
+    }
+    plan.model.check(objective)?;
+    if let Some(fmu) = plan.model.foreign() {
+        fmu.check(&free, &plan.ties, &channels)?;
     }
     check_friction(&free, objective)?;
     check_ties(&free, plan, rides)?;

@@ -3,10 +3,12 @@
 
 use crate::error::{Error, Result};
 use crate::free::{Candidate, Variable, limits};
+use crate::model::Model;
 use crate::objective::amplitude::Amplitude;
 use crate::objective::free_response::free_response;
 use crate::objective::frf::Frf;
-use crate::objective::spectral::{Measured, Spectral};
+use crate::objective::simulated::{Engine, Simulated};
+use crate::objective::spectral::{Measured, Source, Spectral};
 use crate::objective::time::{self, Time};
 use crate::objective::together::{Known, Member, Together};
 use crate::objective::whittle::Whittle;
@@ -20,6 +22,7 @@ use rand::Rng;
 use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
+use std::sync::Arc;
 
 /// The work a fit took.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -439,7 +442,11 @@ fn build(
 ) -> Result<Rides> {
     let (channels, noise) = (&resolved.channels, plan.noise.as_deref());
     let factor = match resolved.objective {
-        Objective::Amplitude | Objective::Whittle => resolved.recipe.taper.covariance_factor(),
+        Objective::Amplitude | Objective::Whittle => {
+            let seeds = plan.model.seeds();
+            let scatter = seeds.map_or(Ok(1.0), |seeds| seeds.covariance_factor(rides.len()))?;
+            resolved.recipe.taper.covariance_factor() * scatter
+        }
         Objective::Time | Objective::FreeResponse | Objective::Frf => 1.0,
     };
     let known = |v: &Variable| {
@@ -455,10 +462,26 @@ fn build(
         together(rides, indices, &priors, factor, |ridden| {
             let (ride, speed) = (ridden.ride, ridden.speed);
             let measured = Measured::new(ride, channels, &resolved.recipe, speed, noise)?;
+            let unknowns = resolved.unknowns(ridden, plan);
+            let engine = match &plan.model {
+                Model::Equations => None,
+                Model::Simulated(seeds) => Some((Engine::Native(plan.formulation), seeds)),
+                Model::Foreign(fmu, seeds) => Some((Engine::Foreign(fmu.clone()), seeds)),
+            };
+            let source = match engine {
+                None => Source::Linearised,
+                Some((engine, seeds)) => Source::Simulated(Arc::new(Simulated::new(
+                    engine,
+                    &measured,
+                    &unknowns.start.excitation,
+                    (seeds.of(rides.len())?, seeds.seed),
+                )?)),
+            };
             let spectral = Spectral {
                 measured,
-                unknowns: resolved.unknowns(ridden, plan),
+                unknowns,
                 formulation: plan.formulation,
+                source,
             };
             Ok(Whittle { spectral })
         })
@@ -467,14 +490,12 @@ fn build(
         Objective::Amplitude => Rides::Amplitude(spectra()?),
         Objective::Whittle => Rides::Whittle(spectra()?),
         Objective::Time => Rides::Time(together(rides, indices, &priors, factor, |ridden| {
-            Time::new(
-                ridden.ride,
-                channels,
-                resolved.unknowns(ridden, plan),
-                plan.formulation,
-                (ridden.speed, resolved.window),
-                noise,
-            )
+            let unknowns = resolved.unknowns(ridden, plan);
+            let (ride, cut) = (ridden.ride, (ridden.speed, resolved.window));
+            match plan.model.foreign() {
+                Some(fmu) => Time::of_foreign(fmu, ride, channels, unknowns, cut, noise),
+                None => Time::new(ride, channels, unknowns, plan.formulation, cut, noise),
+            }
         })?),
         Objective::FreeResponse => {
             Rides::Time(together(rides, indices, &priors, factor, |ridden| {

@@ -4,6 +4,7 @@ use crate::error::{Error, Result};
 use crate::file;
 use crate::fit::Fit;
 use crate::free::{Candidate, Free, Prior, Scale, Scope, Tie, Variable, rows};
+use crate::model::Spec;
 use crate::objective::frf::{Frf, Point};
 use crate::objective::spectral::Spectral;
 use crate::objective::time::Time;
@@ -122,6 +123,9 @@ pub struct Asked {
     pub max_iterations: u64,
     /// Seed of the simulated ride of the report.
     pub seed: u64,
+    /// What stood for the bicycle.
+    #[serde(default)]
+    pub model: Spec,
 }
 
 /// A fit on record.
@@ -204,6 +208,7 @@ impl Run {
                 noise: plan.noise.clone(),
                 max_iterations: plan.max_iterations,
                 seed,
+                model: plan.model.spec(),
             },
             fit,
         }
@@ -256,6 +261,7 @@ impl Run {
             window: self.asked.window,
             noise: self.asked.noise.clone(),
             max_iterations: self.asked.max_iterations,
+            model: self.asked.model.open()?,
         })
     }
 
@@ -395,7 +401,7 @@ impl Run {
 
     /// Each ride's signals beside those of the fitted model: replayed windows for `time`, else the
     /// residual of the moving average beside that of a seeded ride (empty where the fitted bicycle
-    /// falls).
+    /// falls, and where an FMU was the model).
     pub fn traces(&self, problem: &Problem, rides: &[Ride]) -> Result<Vec<Vec<Trace>>> {
         let z = problem.at(&self.values());
         if let Rides::Time(windows) = &problem.rides {
@@ -442,6 +448,9 @@ impl Run {
         plan: &Plan,
         channels: &[&str],
     ) -> Result<Vec<Trace>> {
+        if plan.model.foreign().is_some() {
+            return Ok(Vec::new());
+        }
         let fitted = self.fitted(i)?;
         let synthesis = Synthesis {
             parameters: self.as_simulated(&fitted),

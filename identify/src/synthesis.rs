@@ -76,7 +76,7 @@ pub struct Synthesis {
 
 /// Time the rider rides before the record starts [s]: the slowest mode of the nominal bicycle has
 /// died out by e^-16.
-const WARM_UP: f64 = 6.0;
+pub(crate) const WARM_UP: f64 = 6.0;
 
 impl Default for Synthesis {
     /// The nominal bicycle for 24 s at 200 Hz, instruments as [`SensorNoise::INSTRUMENTED`].

@@ -3,6 +3,9 @@ use crate::kernel::{Isa, run_with};
 use crate::spectrum::{Analysis, Recipe};
 use bicycle::Parameters;
 
+/// The steer angle among the rows of the state.
+const STEER: usize = 3;
+
 fn rides(torque: &[f64], count: usize) -> Vec<Excited<'_>> {
     let excited = |i: usize| Excited {
         lane: Lane {
@@ -66,11 +69,19 @@ fn coefficients_folded_in_are_those_of_the_samples() {
     let analysis = Analysis::new(&Recipe::default(), plan.interval, plan.samples).expect("a band");
     let weights = analysis.weights();
     let steer = ride(&rides, formulation, &plan, Wanted::Steer).expect("ridable");
-    let band = ride(&rides, formulation, &plan, Wanted::Band(&weights)).expect("ridable");
+    let wanted = Wanted::Band(Band {
+        before: 0,
+        channels: &[STEER],
+        weights: &weights,
+    });
+    let band = ride(&rides, formulation, &plan, wanted).expect("ridable");
     assert_eq!(steer.len(), rides.len());
     for (steer, band) in steer.iter().zip(&band) {
         let (Ridden::Steer(steer), Ridden::Band(band)) = (steer, band) else {
             panic!("{steer:?}, {band:?}");
+        };
+        let [band] = &band[..] else {
+            panic!("{} channels", band.len());
         };
         let naive = analysis.coefficients(steer);
         let size = naive.iter().map(|c| c.norm()).fold(0.0, f64::max);

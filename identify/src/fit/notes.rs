@@ -2,7 +2,7 @@
 
 use crate::closed_loop::{STEER_CHECKED, sign_gain};
 use crate::error::Result;
-use crate::objective::spectral::Spectral;
+use crate::objective::spectral::{Source, Spectral};
 use crate::plan::Plan;
 use crate::problem::{Problem, Rides};
 use nalgebra::DVector;
@@ -31,6 +31,7 @@ pub(super) fn notes(problem: &Problem, z: &DVector<f64>, plan: &Plan) -> Result<
                  corner of {} Hz",
                 plan.excitation.remnant_corner
             )];
+            notes.extend(plan.model.note(spectra.members.len())?);
             let own = spectra.each(z, |ride, z| of_ride(&ride.spectral, z));
             let several = own.len() > 1;
             for (own, name) in own.into_iter().zip(&problem.names) {
@@ -50,17 +51,19 @@ pub(super) fn notes(problem: &Problem, z: &DVector<f64>, plan: &Plan) -> Result<
 
 /// What is to be said of one ride's spectrum.
 fn of_ride(spectral: &Spectral, z: &DVector<f64>) -> Result<Vec<String>> {
-    let closed_loop = spectral.closed_loop(z)?;
     let candidate = spectral.unknowns.candidate(z);
     let mut notes = Vec::new();
-    let steer = closed_loop.steer_deviation();
-    if steer > STEER_CHECKED {
-        notes.push(format!(
-            "steering of {:.1}° rms: above 5° the linearised model spectrum has not been checked",
-            steer.to_degrees()
-        ));
+    let beside = spectral.beside(z)?;
+    if let (Some(closed_loop), Source::Linearised) = (&beside, &spectral.source) {
+        let steer = closed_loop.steer_deviation();
+        if steer > STEER_CHECKED {
+            notes.push(format!(
+                "steering of {:.1}° rms: above 5° the linearised model spectrum has not been checked",
+                steer.to_degrees()
+            ));
+        }
     }
-    if spectral.unknowns.seeks("effective_damping") {
+    if let (Some(closed_loop), true) = (beside, spectral.unknowns.seeks("effective_damping")) {
         let p = &candidate.parameters;
         let gain = sign_gain(closed_loop.steer_rate_deviation());
         let implied = candidate.excitation.effective_damping - gain * p.coulomb_friction;

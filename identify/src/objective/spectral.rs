@@ -1,5 +1,6 @@
 //! Spectra measured and expected: what `amplitude` and `whittle` share.
 
+use super::simulated::Simulated;
 use super::{Information, Unknowns};
 use crate::closed_loop::{Bin, ClosedLoop, Drive, Expansion, LineMotion};
 use crate::error::{Error, Result};
@@ -7,6 +8,7 @@ use crate::ride::Ride;
 use crate::spectrum::{Analysis, Kernel, Recipe};
 use bicycle::{Formulation, Parameters, State};
 use nalgebra::{Complex, DMatrix, DVector};
+use rayon::prelude::*;
 use std::sync::Arc;
 
 /// Above this frequency [Hz] a bicycle does not move and a channel is noise.
@@ -33,7 +35,8 @@ pub struct Measured {
     pub unmasked: Vec<f64>,
     /// The masked lines as the steering shows them.
     pub lines: Vec<LineMotion>,
-    states: Vec<usize>,
+    /// Rows of the state behind the channels.
+    pub(super) states: Vec<usize>,
     kernel: Arc<Kernel>,
 }
 
@@ -121,6 +124,17 @@ pub struct Spectral {
     pub unknowns: Unknowns,
     /// How the equations are read.
     pub formulation: Formulation,
+    /// Whose spectrum is expected.
+    pub source: Source,
+}
+
+/// Whose spectrum is expected.
+#[derive(Clone)]
+pub enum Source {
+    /// That of the equations, linearised.
+    Linearised,
+    /// The mean of simulated rides.
+    Simulated(Arc<Simulated>),
 }
 
 impl Spectral {
@@ -152,19 +166,63 @@ impl Spectral {
         ClosedLoop::new(&parameters, self.formulation, &drive)
     }
 
+    /// The linearised loop beside the spectrum expected at `z`: none where rides are simulated that
+    /// it says nothing of.
+    pub fn beside(&self, z: &DVector<f64>) -> Result<Option<ClosedLoop>> {
+        match &self.source {
+            Source::Linearised => self.closed_loop(z).map(Some),
+            Source::Simulated(rides) if rides.foreign().is_some() => Ok(None),
+            Source::Simulated(_) => Ok(self.closed_loop(z).ok()),
+        }
+    }
+
     /// Expected cross-powers at the variables `z`.
     pub fn expected(&self, z: &DVector<f64>) -> Result<Vec<Bin>> {
+        match &self.source {
+            Source::Linearised => self.linearised(z),
+            Source::Simulated(rides) => {
+                let mut spectra = rides.spectra(&[self.setting(z)]);
+                spectra.pop().expect("one a setting")
+            }
+        }
+    }
+
+    fn linearised(&self, z: &DVector<f64>) -> Result<Vec<Bin>> {
         let m = &self.measured;
         Ok(self
             .closed_loop(z)?
             .expected(&m.kernel, &m.states, &m.noise, m.step))
     }
 
-    /// [`Self::expected`] with its derivatives ∂/∂z. Only the equations are differenced, over a
-    /// step that leaves 1e-10 of curvature and 1e-10 of round-off, so that a singular direction is
-    /// seen as one.
+    /// [`Self::expected`] at each of `points`, all cores at work: simulated rides as one batch.
+    pub fn each_expected(&self, points: &[DVector<f64>]) -> Vec<Result<Vec<Bin>>> {
+        match &self.source {
+            Source::Linearised => points.par_iter().map(|z| self.linearised(z)).collect(),
+            Source::Simulated(rides) => {
+                let settings: Vec<_> = points.iter().map(|z| self.setting(z)).collect();
+                rides.spectra(&settings)
+            }
+        }
+    }
+
+    /// How far a `z` without a spectrum is from having one: the growth [1/s] of a loop that does
+    /// not stand, the part of simulated rides that falls cut off.
+    pub fn excess(&self, z: &DVector<f64>) -> f64 {
+        let error = match &self.source {
+            Source::Linearised => self.closed_loop(z).err(),
+            Source::Simulated(_) => self.expected(z).err(),
+        };
+        error.as_ref().map_or(0.0, excess)
+    }
+
+    /// [`Self::expected`] with its derivatives ∂/∂z. Of the linearised loop only the equations are
+    /// differenced, over a step that leaves 1e-10 of curvature and 1e-10 of round-off, so that a
+    /// singular direction is seen as one.
     pub fn expansion(&self, z: &DVector<f64>) -> Result<Expansion> {
         const H: f64 = 1e-5;
+        if let Source::Simulated(rides) = &self.source {
+            return rides.expansion(z, |z| self.setting(z));
+        }
         let variables: Vec<_> = (0..z.len())
             .map(|i| {
                 [-H, H].map(|h| {
@@ -189,5 +247,14 @@ impl Spectral {
             freedom: None,
             factor,
         }
+    }
+}
+
+/// What an error says of how far a point is from having a spectrum.
+pub(super) fn excess(error: &Error) -> f64 {
+    match error {
+        Error::Unstable { growth, .. } => *growth,
+        Error::Fell { cut, .. } => *cut,
+        _ => 0.0,
     }
 }

@@ -11,6 +11,7 @@
 
 mod continuation;
 mod dual;
+mod foreign;
 mod noise;
 mod replay;
 mod scatter;
@@ -25,6 +26,7 @@ pub use scatter::information;
 
 use super::Unknowns;
 use crate::error::{Error, Result};
+use crate::foreign::Foreign;
 use crate::kernel;
 use crate::ride::Ride;
 use crate::solver::{Block, Landscape, Quadratic};
@@ -75,6 +77,8 @@ pub struct Time {
     recorded: Vec<(usize, Vec<f64>)>,
     torque: Vec<f64>,
     speed: Vec<f64>,
+    /// Who replays in place of the equations.
+    foreign: Option<Foreign>,
 }
 
 impl Time {
@@ -179,6 +183,7 @@ impl Time {
             recorded,
             torque,
             speed: speeds,
+            foreign: None,
             unknowns,
         };
         uncut.immediate = uncut.longest_immediate(ride.mean_speed(speed))?;
@@ -298,6 +303,9 @@ impl Time {
 
     /// Residuals of each window over their noise, measured minus replayed: channel by channel.
     fn residuals(&self, z: &DVector<f64>) -> Result<Vec<Vec<f64>>> {
+        if let Some(foreign) = &self.foreign {
+            return self.foreign_residuals(foreign, z);
+        }
         let (model, shots) = self.model(z)?;
         Ok(kernel::in_batches(&shots, |shots| {
             kernel::run(Residuals {
@@ -331,13 +339,17 @@ impl Landscape for Time {
     }
 
     fn quadratic(&self, z: &DVector<f64>) -> Result<Quadratic> {
-        let (model, shots) = self.model(z)?;
-        let windows = kernel::in_batches(&shots, |shots| {
-            kernel::run(Normal {
-                model: &model,
-                shots,
+        let windows = if let Some(foreign) = &self.foreign {
+            self.foreign_sums(foreign, z)?
+        } else {
+            let (model, shots) = self.model(z)?;
+            kernel::in_batches(&shots, |shots| {
+                kernel::run(Normal {
+                    model: &model,
+                    shots,
+                })
             })
-        });
+        };
         let p = self.shared();
         let mut sum = Quadratic {
             gradient: DVector::zeros(p),

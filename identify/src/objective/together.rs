@@ -3,7 +3,7 @@
 
 use super::Information;
 use crate::error::Result;
-use crate::solver::{Landscape, Quadratic};
+use crate::solver::{Cost, Landscape, Quadratic};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
@@ -50,6 +50,15 @@ impl<L: Landscape> Together<L> {
     /// Number of shared variables.
     pub fn shared(&self) -> usize {
         self.priors.len()
+    }
+
+    /// What was known before, as a cost.
+    fn known(&self, z: &DVector<f64>) -> f64 {
+        let costs = self.priors.iter().zip(z.iter()).filter_map(|(known, z)| {
+            let known = known.as_ref()?;
+            Some(0.5 * known.weight() * (z - known.mean).powi(2))
+        });
+        costs.sum()
     }
 
     /// Each member with its part of the variables `z`.
@@ -143,15 +152,32 @@ impl<L: Landscape> Landscape for Together<L> {
 
     fn cost(&self, z: &DVector<f64>) -> f64 {
         let rides: f64 = self.each(z, L::cost).into_iter().sum();
-        let known = self.priors.iter().zip(z.iter()).filter_map(|(known, z)| {
-            let known = known.as_ref()?;
-            Some(0.5 * known.weight() * (z - known.mean).powi(2))
-        });
-        rides + known.sum::<f64>()
+        rides + self.known(z)
     }
 
     fn excess(&self, z: &DVector<f64>) -> f64 {
         self.each(z, L::excess).into_iter().sum()
+    }
+
+    /// Of each ride the points together: where rides are simulated they are one batch.
+    fn costs(&self, points: &[DVector<f64>]) -> Vec<Cost> {
+        let known: Vec<f64> = points.iter().map(|z| self.known(z)).collect();
+        let parts: Vec<_> = points.iter().map(|z| self.parts(z)).collect();
+        let of_ride = |(i, member): (usize, &Member<L>)| {
+            let own: Vec<_> = parts.iter().map(|parts| parts[i].1.clone()).collect();
+            member.landscape.costs(&own)
+        };
+        let rides: Vec<Vec<Cost>> = self.members.iter().enumerate().map(of_ride).collect();
+        let sum = |(k, known): (usize, &f64)| {
+            let of_rides = rides.iter().map(|costs| costs[k]);
+            if of_rides.clone().any(Cost::failed) {
+                return Cost::new(f64::INFINITY, || {
+                    of_rides.map(Cost::excess).sum()
+                });
+            }
+            Cost::new(of_rides.map(Cost::value).sum::<f64>() + known, || 0.0)
+        };
+        known.iter().enumerate().map(sum).collect()
     }
 
     fn quadratic(&self, z: &DVector<f64>) -> Result<Quadratic> {

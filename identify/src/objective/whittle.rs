@@ -2,11 +2,11 @@
 //! cross-spectra included. Whittle 1953; Fisher scoring, I_ij = Σ tr(S⁻¹ ∂_iS S⁻¹ ∂_jS).
 
 use super::Information;
-use super::spectral::Spectral;
+use super::spectral::{self, Spectral};
 use crate::closed_loop::Bin;
 use crate::closed_loop::Expansion;
 use crate::error::{Error, Result};
-use crate::solver::{Landscape, Quadratic};
+use crate::solver::{Cost, Landscape, Quadratic};
 use nalgebra::{Complex, DMatrix, DVector};
 
 /// The problem.
@@ -34,6 +34,14 @@ impl Whittle {
         Ok(sum / count)
     }
 
+    /// −log L of the measured coefficients.
+    fn of(&self, expected: Vec<Bin>) -> f64 {
+        let bins = expected
+            .into_iter()
+            .zip(&self.spectral.measured.coefficients);
+        bins.map(|(bin, y)| term(bin, y)).sum()
+    }
+
     /// What the coefficients know at `z`.
     pub fn information(&self, z: &DVector<f64>) -> Result<Information> {
         Ok(self.spectral.information(self.quadratic(z)?.curvature))
@@ -43,20 +51,21 @@ impl Whittle {
 impl Landscape for Whittle {
     /// −log L; infinite where the loop does not stand or a bin's matrix is not positive definite.
     fn cost(&self, z: &DVector<f64>) -> f64 {
-        self.spectral.expected(z).map_or(f64::INFINITY, |expected| {
-            let bins = expected
-                .into_iter()
-                .zip(&self.spectral.measured.coefficients);
-            bins.map(|(bin, y)| term(bin, y)).sum()
-        })
+        let expected = self.spectral.expected(z);
+        expected.map_or(f64::INFINITY, |expected| self.of(expected))
     }
 
-    /// The growth [1/s] of a loop that does not stand.
     fn excess(&self, z: &DVector<f64>) -> f64 {
-        match self.spectral.closed_loop(z) {
-            Err(Error::Unstable { growth, .. }) => growth,
-            _ => 0.0,
-        }
+        self.spectral.excess(z)
+    }
+
+    fn costs(&self, points: &[DVector<f64>]) -> Vec<Cost> {
+        let expected = self.spectral.each_expected(points).into_iter();
+        let cost = |expected: Result<Vec<Bin>>| match expected {
+            Ok(expected) => Cost::new(self.of(expected), || 0.0),
+            Err(error) => Cost::new(f64::INFINITY, || spectral::excess(&error)),
+        };
+        expected.map(cost).collect()
     }
 
     /// Fisher scoring as a problem of least squares: with S = L Lᴴ, w = L⁻¹ Y and the Hermitian

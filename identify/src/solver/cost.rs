@@ -36,6 +36,11 @@ impl Cost {
         self.0
     }
 
+    /// How far a point without a cost is from having one, up to rounding; 0 of one with a cost.
+    pub fn excess(self) -> f64 {
+        (self.0 / PENALTY - 1.0).max(0.0)
+    }
+
     /// Whether it is a penalty.
     pub fn failed(self) -> bool {
         self.0 >= PENALTY

@@ -143,6 +143,12 @@ impl<'a> Bootstrap<'a> {
             "a bootstrap",
             &[Objective::Amplitude, Objective::Whittle, Objective::Time],
         )?;
+        if plan.model.foreign().is_some() {
+            return Err(Error::Form {
+                expected: "a bootstrap of our own equations",
+                found: "an FMU as the model".into(),
+            });
+        }
         let mut plan = plan.clone();
         match &problem.rides {
             Rides::Frf(_) => {}

@@ -6,6 +6,7 @@ use bicycle::quantity::{HZ, S};
 use clap::Args;
 use identify::bicycles::{Bicycle, Changes, admit};
 use identify::error::{Error, Result as Typed};
+use identify::foreign::Foreign;
 use identify::import::Import;
 use identify::map::Map;
 use identify::ride::Ride;
@@ -61,6 +62,35 @@ impl BicycleArguments {
         let bicycle = Bicycle::open(&self.bicycle, &self.changes())
             .map_err(|cause| misnamed(cause, "--bicycle", &self.bicycle))?;
         tell(&bicycle);
+        Ok(bicycle)
+    }
+
+    /// The bicycle that an FMU starts with, as `--set` changes it.
+    pub fn of_fmu(&self, fmu: &Foreign) -> Result<Bicycle> {
+        let other = Some(&self.bicycle).filter(|name| *name != "nominal");
+        let flags = [
+            ("--bicycle", other),
+            ("--formulation", self.formulation.as_ref()),
+            ("--load", self.load.as_ref()),
+            ("--rider", self.rider.as_ref()),
+        ];
+        for (flag, given) in flags {
+            if let Some(given) = given {
+                let form = Error::Form {
+                    expected: "the bicycle of the FMU, its parameters changed with --set",
+                    found: given.clone(),
+                };
+                return Err(form.typed(format!("{flag} {given}")).into());
+            }
+        }
+        for text in &self.set {
+            let name = text.split('=').next().unwrap_or_default();
+            fmu.check_row(name)
+                .map_err(|cause| cause.typed(format!("--set {text}")))?;
+        }
+        let mut bicycle = Bicycle::open("nominal", &Changes::default())?;
+        fmu.adopt(&mut bicycle);
+        self.change(&mut bicycle)?;
         Ok(bicycle)
     }
 

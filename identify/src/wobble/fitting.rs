@@ -3,6 +3,7 @@
 use crate::arguments::{
     BicycleArguments, RideArguments, SpectrumArguments, assignment, pair, quantity,
 };
+use crate::modelling::ModelArguments;
 use crate::output::{Output, Progress};
 use anyhow::{Context, Result};
 use bicycle::Formulation;
@@ -15,6 +16,7 @@ use identify::fit;
 use identify::free::{Free, Prior, Scale, Scope, Tie, all};
 use identify::import::Import;
 use identify::map::Map;
+use identify::model::Model;
 use identify::objective::{Objective, free_response};
 use identify::plan::{self, Change, Plan, Ridden};
 use identify::ride::{Ride, quantity as channel_row};
@@ -84,6 +86,8 @@ pub struct Fit {
     #[arg(long, default_value_t = 100)]
     max_iterations: u64,
     #[command(flatten)]
+    model: ModelArguments,
+    #[command(flatten)]
     effort: EffortArguments,
     /// Seed of whatever is random, the simulated ride in the report too: another than that of any
     /// ride to be fitted
@@ -144,8 +148,9 @@ struct Asked {
 
 impl Fit {
     pub fn run(&self) -> Result<()> {
-        let asked = self.asked()?;
-        let mut plan = self.plan(&asked[0].bicycle)?;
+        let model = self.model.open(self.seed)?;
+        let asked = self.asked(&model)?;
+        let mut plan = self.plan(&asked[0].bicycle, model)?;
         check_formulation(&asked)?;
         let rides: Vec<Ride> = asked.iter().map(|a| a.ride.clone()).collect();
         let mut ridden: Vec<_> = asked.iter().map(Asked::ridden).collect();
@@ -177,7 +182,7 @@ impl Fit {
     }
 
     /// The rides named, or those of the study.
-    fn asked(&self) -> Result<Vec<Asked>> {
+    fn asked(&self, model: &Model) -> Result<Vec<Asked>> {
         if let Some(path) = &self.study {
             let study = Study::read(path)?;
             let asked = study.rides.into_iter().map(|entry| {
@@ -198,7 +203,10 @@ impl Fit {
             });
             return Ok(asked.collect());
         }
-        let bicycle = self.bicycle.open()?;
+        let bicycle = match model.foreign() {
+            Some(fmu) => self.bicycle.of_fmu(fmu)?,
+            None => self.bicycle.open()?,
+        };
         let times = self
             .times
             .as_deref()
@@ -220,7 +228,7 @@ impl Fit {
         self.rides.iter().map(one).collect()
     }
 
-    fn plan(&self, bicycle: &Bicycle) -> Result<Plan> {
+    fn plan(&self, bicycle: &Bicycle, model: Model) -> Result<Plan> {
         let defaults = Plan::default();
         let mut excitation = bicycle.excitation;
         if excitation.remnant_intensity == 0.0 {
@@ -251,6 +259,7 @@ impl Fit {
                 .transpose()?,
             noise: None,
             max_iterations: self.max_iterations,
+            model,
         })
     }
 

@@ -15,6 +15,7 @@ mod fmu;
 mod foreign;
 mod linear;
 mod model;
+mod modelling;
 mod output;
 mod rides;
 mod stability;
