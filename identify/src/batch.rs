@@ -167,7 +167,11 @@ impl<'a, T: Pack> Fold<'a, T> {
             (None, None) => Ridden::Steer(self.steer.iter().map(|s| s.lane(lane)).collect()),
             (None, Some(_)) => {
                 let channels = self.sums.chunks(self.bins.max(1));
-                Ridden::Band(channels.map(|c| c.iter().map(coefficient).collect()).collect())
+                Ridden::Band(
+                    channels
+                        .map(|c| c.iter().map(coefficient).collect())
+                        .collect(),
+                )
             }
         }
     }
@@ -188,7 +192,11 @@ impl<T: Pack> See<T> for Fold<'_, T> {
             seen.yaw_rate = bicycle.yaw_rate(x, *speed);
         }
         let weights = &band.weights[k * self.bins..];
-        for (row, sums) in band.channels.iter().zip(self.sums.chunks_mut(self.bins.max(1))) {
+        for (row, sums) in band
+            .channels
+            .iter()
+            .zip(self.sums.chunks_mut(self.bins.max(1)))
+        {
             let value = seen.get(*row);
             for (sum, weight) in sums.iter_mut().zip(weights) {
                 sum[0] = T::from(weight[0]).mul_add(value, sum[0]);

@@ -100,7 +100,7 @@ impl Foreign {
             file: name.clone(),
         };
         let archive = Archive::open(&fmu).map_err(|cause| in_file(cause.into()))?;
-        let described = Described::new(written, &archive).map_err(in_file)?;
+        let described = Described::new(&written, &archive).map_err(in_file)?;
         let described = Arc::new(described);
         let fmu = Fmu::load(archive).map_err(|cause| in_file(cause.into()))?;
         Ok(Self {
@@ -190,7 +190,11 @@ impl Foreign {
         }
         let missing = (0..4).find(|row| !known(*row)).unwrap_or(0);
         let start = format!("{}_start", State::TABLE[missing].name);
-        Err(Error::unknown("start parameter of the FMU", &start, self.described.names()))
+        Err(Error::unknown(
+            "start parameter of the FMU",
+            &start,
+            self.described.names(),
+        ))
     }
 
     /// What the rides of `jobs` show of the channels of `record`.

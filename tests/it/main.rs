@@ -8,6 +8,7 @@ mod cosim;
 mod coupling;
 mod exported;
 mod fmu;
+mod foreign_model;
 mod fuzz;
 #[path = "../../bicycle/tests/it/marked.rs"]
 mod marked;

@@ -101,7 +101,7 @@ struct Variables<'a> {
 
 impl Described {
     /// What `written` says of the FMU in `archive`, and what follows from names that are ours.
-    pub fn new(written: Written, archive: &Archive) -> Result<Self> {
+    pub fn new(written: &Written, archive: &Archive) -> Result<Self> {
         let description = archive.description();
         let variables = Variables {
             rows: archive.inspect().variables,
@@ -112,20 +112,34 @@ impl Described {
             let own = written.inputs.get(name).map_or(name, String::as_str);
             variables.counterpart(own, row, &["input", "parameter"])
         };
-        known("input", written.inputs.keys(), ["steer_torque", "speed"].into_iter())?;
+        known(
+            "input",
+            written.inputs.keys(),
+            ["steer_torque", "speed"].into_iter(),
+        )?;
         let (torque, speed) = (input("steer_torque")?, input("speed")?);
         if !torque.is_input {
             return Err(Error::Form {
                 expected: "an input for steer_torque",
-                found: written.inputs.get("steer_torque").cloned().unwrap_or_default(),
+                found: written
+                    .inputs
+                    .get("steer_torque")
+                    .cloned()
+                    .unwrap_or_default(),
             });
         }
         let shown = ["output", "local"];
         let outputs = variables.table("output", &written.outputs, Output::TABLE, "", &shown)?;
         let settable = ["parameter"];
-        let parameters =
-            variables.table("parameter", &written.parameters, Parameters::TABLE, "", &settable)?;
-        let starts = variables.table("state", &written.starts, State::TABLE, "_start", &settable)?;
+        let parameters = variables.table(
+            "parameter",
+            &written.parameters,
+            Parameters::TABLE,
+            "",
+            &settable,
+        )?;
+        let starts =
+            variables.table("state", &written.starts, State::TABLE, "_start", &settable)?;
         let set = written.set.iter().map(|(name, value)| {
             let text = match value {
                 toml::Value::String(text) => text.clone(),
@@ -137,17 +151,19 @@ impl Described {
             Ok((own.expect("found by its name").clone(), value))
         });
         let set = set.collect::<Result<_>>()?;
-        let step = match &written.step {
-            Some(step) => Some((step.si(S, "step")?, true)),
-            None => {
-                let suggested = description.default_experiment.and_then(|e| e.step_size);
-                suggested.map(|step| (step, false))
-            }
+        let step = if let Some(step) = &written.step {
+            Some((step.si(S, "step")?, true))
+        } else {
+            let suggested = description.default_experiment.and_then(|e| e.step_size);
+            suggested.map(|step| (step, false))
         };
         let described = Self {
             torque,
             speed,
-            outputs: outputs.into_iter().map(|(i, own)| (Output::TABLE[i].name, own)).collect(),
+            outputs: outputs
+                .into_iter()
+                .map(|(i, own)| (Output::TABLE[i].name, own))
+                .collect(),
             parameters,
             starts,
             set,
@@ -286,7 +302,15 @@ impl Variables<'_> {
         let Some(base) = defined.and_then(|own| own.base) else {
             return Ok((Scale::of(name, unit, what)?.to_si(1.0), 0.0));
         };
-        let exponents = [base.kg, base.m, base.s, base.ampere, base.kelvin, base.mol, base.cd];
+        let exponents = [
+            base.kg,
+            base.m,
+            base.s,
+            base.ampere,
+            base.kelvin,
+            base.mol,
+            base.cd,
+        ];
         let wanted = [unit.kg, unit.m, unit.s, 0, 0, 0, 0].map(i32::from);
         if exponents == wanted && base.factor != 0.0 {
             Ok((base.factor, base.offset))

@@ -77,15 +77,25 @@ impl Record {
         let unit = if drive.remnant_corner == self.corner {
             Cow::Borrowed(&self.remnants[job.seed])
         } else {
-            Cow::Owned(unit(self.seed, job.seed, drive.remnant_corner, self.step, self.length()))
+            Cow::Owned(unit(
+                self.seed,
+                job.seed,
+                drive.remnant_corner,
+                self.step,
+                self.length(),
+            ))
         };
-        unit.iter().map(|torque| torque * drive.remnant_intensity).collect()
+        unit.iter()
+            .map(|torque| torque * drive.remnant_intensity)
+            .collect()
     }
 
     /// The coefficients of what the channels showed over a whole ride.
     pub fn coefficients(&self, channels: &[Vec<f64>]) -> Coefficients {
         let record = channels.iter().map(|samples| &samples[self.before..]);
-        record.map(|samples| self.analysis.coefficients(samples)).collect()
+        record
+            .map(|samples| self.analysis.coefficients(samples))
+            .collect()
     }
 }
 

@@ -171,9 +171,7 @@ impl<L: Landscape> Landscape for Together<L> {
         let sum = |(k, known): (usize, &f64)| {
             let of_rides = rides.iter().map(|costs| costs[k]);
             if of_rides.clone().any(Cost::failed) {
-                return Cost::new(f64::INFINITY, || {
-                    of_rides.map(Cost::excess).sum()
-                });
+                return Cost::new(f64::INFINITY, || of_rides.map(Cost::excess).sum());
             }
             Cost::new(of_rides.map(Cost::value).sum::<f64>() + known, || 0.0)
         };

@@ -58,7 +58,9 @@ fn values_come_in_our_units_and_signs() {
         units: &units,
     };
     let meant = |name: &str| {
-        let own = variables.counterpart(name, quantity("steer"), &["output"]).unwrap();
+        let own = variables
+            .counterpart(name, quantity("steer"), &["output"])
+            .unwrap();
         let start = own.start().unwrap();
         // there and back
         assert!((own.si(own.own(start)) - start).abs() < 1e-15, "{name}");
@@ -112,13 +114,19 @@ fn names_that_are_ours_need_no_line() {
         units: &[],
     };
     let written = BTreeMap::from([("roll_rate".to_owned(), "rate".to_owned())]);
-    let found = variables.table("output", &written, Output::TABLE, "", &["output"]).unwrap();
+    let found = variables
+        .table("output", &written, Output::TABLE, "", &["output"])
+        .unwrap();
     let names: Vec<&str> = found.iter().map(|(i, _)| Output::TABLE[*i].name).collect();
     assert_eq!(names, ["steer", "roll_rate"]);
     let none = BTreeMap::new();
-    let starts = variables.table("state", &none, State::TABLE, "_start", &["parameter"]).unwrap();
+    let starts = variables
+        .table("state", &none, State::TABLE, "_start", &["parameter"])
+        .unwrap();
     assert_eq!(starts.len(), 1);
     let misspelt = BTreeMap::from([("stear".to_owned(), "steer".to_owned())]);
-    let error = variables.table("output", &misspelt, Output::TABLE, "", &["output"]).unwrap_err();
+    let error = variables
+        .table("output", &misspelt, Output::TABLE, "", &["output"])
+        .unwrap_err();
     assert!(error.to_string().contains("steer"), "{error}");
 }

@@ -29,8 +29,7 @@ fn together(
     let record = &simulated.record;
     let torques: Vec<Vec<f64>> = jobs.iter().map(|job| record.torque(job)).collect();
     // what cannot ride with the others rides alone, or not at all
-    let lanes: Vec<Result<Option<Lane>>> =
-        jobs.iter().map(|job| lane(job, formulation)).collect();
+    let lanes: Vec<Result<Option<Lane>>> = jobs.iter().map(|job| lane(job, formulation)).collect();
     let fit = lanes.iter().zip(&torques).filter_map(|(lane, torque)| {
         let lane = lane.as_ref().ok().copied().flatten()?;
         Some(Excited { lane, torque })
@@ -55,7 +54,10 @@ fn together(
         Ok(ridden) => ridden.into_iter(),
         Err(error) => {
             let why = error.to_string();
-            return jobs.iter().map(|_| Err(Error::Search(why.clone()))).collect();
+            return jobs
+                .iter()
+                .map(|_| Err(Error::Search(why.clone())))
+                .collect();
         }
     };
     let result = |((lane, job), torque): ((Result<Option<Lane>>, &Job), &Vec<f64>)| {
@@ -68,7 +70,12 @@ fn together(
             Some(Ridden::Steer(_)) | None => unreachable!("a band for every lane"),
         }
     };
-    lanes.into_iter().zip(jobs).zip(&torques).map(result).collect()
+    lanes
+        .into_iter()
+        .zip(jobs)
+        .zip(&torques)
+        .map(result)
+        .collect()
 }
 
 /// The ride as a lane; none where its jumps are exact, which lanes do not know.

@@ -58,41 +58,46 @@ fn simulated(
     let measured =
         Measured::new(&ride(duration), channels, &recipe, 8.0 / 3.6, Some(&noise)).unwrap();
     let excitation = Excitation::default();
-    let simulated = Simulated::new(Engine::Native(formulation), &measured, &excitation, (seeds, 7)).unwrap();
+    let simulated = Simulated::new(
+        Engine::Native(formulation),
+        &measured,
+        &excitation,
+        (seeds, 7),
+    )
+    .unwrap();
     (simulated, measured)
 }
 
-/// The linearisation is good for 4 % of amplitude between 1° and 7.6° rms. The mean power of 384
-/// rides over the 12 bins of the narrowest band scatters by 1/√(384 · 12) = 1.5 %, its amplitude by
-/// .7 %.
+/// On average over the bands the linearisation is good for 4 % of amplitude between 1° and 7.6° rms.
+/// The mean power of 384 rides over the 12 bins of the narrowest band scatters by 1/√(384 · 12) =
+/// 1.5 %, its amplitude by .7 %.
 #[test]
 fn simulated_spectra_are_the_linearised_ones() {
     let (rides, measured) = simulated(Formulation::Repaired, &["steer"], 24.0, 384);
     let frequencies = measured.analysis.frequencies();
-    let mut steering = Vec::new();
-    for intensity in [0.4, 1.2, 2.6] {
+    let mut found = Vec::new();
+    for intensity in [0.3, 0.4, 0.8, 1.2, 2.0, 2.8] {
         let setting = (rider(), drive(intensity));
-        let closed_loop =
-            ClosedLoop::new(&setting.0, Formulation::Repaired, &setting.1).unwrap();
-        steering.push(closed_loop.steer_deviation().to_degrees());
+        let closed_loop = ClosedLoop::new(&setting.0, Formulation::Repaired, &setting.1).unwrap();
         let kernel = measured.analysis.kernel();
         let expected = closed_loop.expected(&kernel, &[3], &measured.noise, measured.step);
         let mean = rides.spectra(&[setting]).pop().unwrap().unwrap();
-        for (low, high) in [(0.3, 0.8), (0.8, 2.0), (2.0, 3.0)] {
+        let ratios = [(0.3, 0.8), (0.8, 2.0), (2.0, 3.0)].map(|(low, high)| {
             let amplitude = |bins: &[Bin]| -> f64 {
                 let inside = frequencies.iter().zip(bins);
                 let inside = inside.filter(|(f, _)| (low..high).contains(*f));
                 inside.map(|(_, bin)| bin[(0, 0)].re.sqrt()).sum()
             };
-            let ratio = amplitude(&mean) / amplitude(&expected);
-            assert!(
-                (ratio - 1.0).abs() < 0.04,
-                "{low} to {high} Hz at {:.1}° rms: {ratio}",
-                steering[steering.len() - 1]
-            );
-        }
+            amplitude(&mean) / amplitude(&expected)
+        });
+        found.push((closed_loop.steer_deviation().to_degrees(), ratios));
     }
-    assert!(steering[0] < 1.2 && steering[2] > 6.5, "{steering:?}");
+    println!("{found:?}");
+    for (steering, ratios) in &found {
+        let average = ratios.iter().sum::<f64>() / 3.0;
+        assert!((average - 1.0).abs() < 0.04, "{steering}°: {found:?}");
+    }
+    assert!(found[0].0 < 1.2 && found[5].0 > 7.0, "{found:?}");
 }
 
 /// Both methods are within 2e-4 rad of the exact ride; of a steering of some 5e-2 rad that is
@@ -121,9 +126,16 @@ fn lanes_ride_as_the_reference_does() {
             let alone = alone(&rides.record, formulation, job, &torque).unwrap();
             for (channel, (a, b)) in channels.iter().zip(together.iter().zip(&alone)) {
                 let size = b.iter().map(|y| y.norm()).fold(0.0, f64::max);
-                let apart = a.iter().zip(b).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
+                let apart = a
+                    .iter()
+                    .zip(b)
+                    .map(|(a, b)| (a - b).norm())
+                    .fold(0.0, f64::max);
                 assert!(size > 0.0, "{channel} does not move");
-                assert!(apart < 0.01 * size, "{formulation:?} {channel}: {apart} of {size}");
+                assert!(
+                    apart < 0.01 * size,
+                    "{formulation:?} {channel}: {apart} of {size}"
+                );
             }
         }
     }
@@ -200,11 +212,17 @@ fn slopes_are_smooth_in_the_parameters() {
             moved[i] += h;
             rides.spectra(&[setting(&moved)]).pop().unwrap().unwrap()
         });
-        let wide: Vec<f64> = expansion.slopes[i].iter().map(|bin| bin[(0, 0)].re).collect();
+        let wide: Vec<f64> = expansion.slopes[i]
+            .iter()
+            .map(|bin| bin[(0, 0)].re)
+            .collect();
         let size = wide.iter().fold(0.0, |m: f64, s| m.max(s.abs()));
         for (k, wide) in wide.iter().enumerate() {
             let narrow = (moved[0][k][(0, 0)].re - moved[1][k][(0, 0)].re) / 4e-4;
-            assert!((wide - narrow).abs() < 1e-3 * size, "{i}, {k}: {wide} and {narrow}");
+            assert!(
+                (wide - narrow).abs() < 1e-3 * size,
+                "{i}, {k}: {wide} and {narrow}"
+            );
         }
     }
 }
@@ -247,9 +265,18 @@ fn a_fit_by_simulated_rides_is_that_by_the_linearised_loop() {
             a.value,
             b.value
         );
-        assert!((other / error - 1.0).abs() < 0.3, "{}: {error} and {other}", a.name);
+        assert!(
+            (other / error - 1.0).abs() < 0.3,
+            "{}: {error} and {other}",
+            a.name
+        );
     }
-    assert!(simulated.notes.iter().any(|note| note.contains("64 simulated rides")));
+    assert!(
+        simulated
+            .notes
+            .iter()
+            .any(|note| note.contains("64 simulated rides"))
+    );
 }
 
 #[test]
@@ -270,7 +297,10 @@ fn a_single_seed_and_other_objectives_are_refused() {
         "expected simulated rides of at least 2 seeds, found `1`"
     );
     let whittle = refused(Objective::Whittle, None);
-    assert!(whittle.contains("amplitude") && whittle.contains("whittle"), "{whittle}");
+    assert!(
+        whittle.contains("amplitude") && whittle.contains("whittle"),
+        "{whittle}"
+    );
 }
 
 /// Each of K seeds is shared by all rides: their scatter adds rides/K to the covariance.

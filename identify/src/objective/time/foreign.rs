@@ -45,7 +45,14 @@ impl Time {
             });
         }
         let formulation = Formulation::default();
-        let mut uncut = Self::uncut(ride, channels, unknowns, formulation, speed, Torque::Recorded)?;
+        let mut uncut = Self::uncut(
+            ride,
+            channels,
+            unknowns,
+            formulation,
+            speed,
+            Torque::Recorded,
+        )?;
         uncut.order = order;
         uncut.immediate = IMMEDIATE;
         uncut.foreign = Some(foreign.clone());
@@ -85,7 +92,9 @@ impl Time {
             let offset = instruments.get(self.offsets[c]);
             let measured = self.measured[c][range.clone()].iter();
             let noise = self.noise[c];
-            measured.zip(seen).map(move |(y, x)| (y - offset - x) / noise)
+            measured
+                .zip(seen)
+                .map(move |(y, x)| (y - offset - x) / noise)
         });
         left.collect()
     }
@@ -98,7 +107,9 @@ impl Time {
     ) -> Result<Vec<Vec<f64>>> {
         let shared = z.rows(0, self.shared()).into_owned();
         let starts = z.as_slice()[self.shared()..].chunks(self.order);
-        let requests = starts.enumerate().map(|(w, own)| self.request(w, &shared, own));
+        let requests = starts
+            .enumerate()
+            .map(|(w, own)| self.request(w, &shared, own));
         let replayed = foreign.replay(&self.channels, requests.collect());
         let left = |(w, seen): (usize, Result<Vec<Vec<f64>>>)| Ok(self.left_of(w, &shared, &seen?));
         replayed.into_iter().enumerate().map(left).collect()
@@ -130,14 +141,13 @@ impl Time {
             self.request(*w, &z, &start)
         };
         let replayed = foreign.replay(&self.channels, points.iter().map(request).collect());
-        let left = |((w, own), seen): (&(usize, Vec<f64>), Result<Vec<Vec<f64>>>)| {
-            Ok(DVector::from_vec(self.left_of(*w, &split(own).0, &seen?)))
-        };
-        let left = points.iter().zip(replayed).map(left).collect::<Result<Vec<_>>>()?;
+        let mut left = Vec::with_capacity(points.len());
+        for ((w, own), seen) in points.iter().zip(replayed) {
+            left.push(DVector::from_vec(self.left_of(*w, &split(own).0, &seen?)));
+        }
         let sums = |of_window: &[DVector<f64>]| {
-            let slope = |i: usize| {
-                (&of_window[1 + 2 * i] - &of_window[2 + 2 * i]) / (2.0 * half(i))
-            };
+            let slope =
+                |i: usize| (&of_window[1 + 2 * i] - &of_window[2 + 2 * i]) / (2.0 * half(i));
             let jacobian = DMatrix::from_columns(&(0..n).map(slope).collect::<Vec<_>>());
             Sums {
                 gradient: jacobian.tr_mul(&of_window[0]),
