@@ -92,7 +92,6 @@ fn simulated_spectra_are_the_linearised_ones() {
         });
         found.push((closed_loop.steer_deviation().to_degrees(), ratios));
     }
-    println!("{found:?}");
     for (steering, ratios) in &found {
         let average = ratios.iter().sum::<f64>() / 3.0;
         assert!((average - 1.0).abs() < 0.04, "{steering}°: {found:?}");
