@@ -71,6 +71,14 @@ pub enum Spec {
 }
 
 impl Spec {
+    /// The seeds of its simulated rides.
+    pub fn seeds(&self) -> Option<Seeds> {
+        match self {
+            Self::Equations => None,
+            Self::Simulated(seeds) | Self::Fmu { seeds, .. } => Some(*seeds),
+        }
+    }
+
     /// The model: an FMU is loaded, and must be the same to the last byte.
     pub fn open(&self) -> Result<Model> {
         Ok(match self {
@@ -92,10 +100,7 @@ impl Model {
 
     /// The seeds of its simulated rides.
     pub fn seeds(&self) -> Option<Seeds> {
-        match self {
-            Self::Equations => None,
-            Self::Simulated(seeds) | Self::Foreign(_, seeds) => Some(*seeds),
-        }
+        self.spec().seeds()
     }
 
     /// As it goes on record.

@@ -5,6 +5,7 @@ use super::number::{exact, exact_with_unit};
 use super::words::words;
 use crate::figure::shown;
 use crate::free::{Free, Scope};
+use crate::model::Spec;
 use crate::plan::Plan;
 use crate::ride::base;
 use crate::run::{Recorded, Run};
@@ -53,7 +54,17 @@ fn origin(ride: &Recorded, run: &Run) -> String {
         entry("Condition", &ride.condition);
     }
     entry("Bicycle", &start.bicycle);
-    entry("Formulation", &start.formulation);
+    match &run.asked.model {
+        Spec::Equations => entry("Formulation", &start.formulation),
+        Spec::Simulated(_) => entry("Formulation", &format!("{}, simulated", start.formulation)),
+        Spec::Fmu { origin, .. } => {
+            entry("Model", &origin.file);
+            entry("SHA-256", &origin.sha256);
+            if let Some(sha256) = &origin.fmu_sha256 {
+                entry("SHA-256 of its FMU", sha256);
+            }
+        }
+    }
     entry(
         "Speed",
         &format!(
@@ -111,8 +122,19 @@ fn command(run: &Run) -> String {
     let mut words = vec!["wobble fit".into()];
     words.extend(run.rides.iter().map(|ride| quoted(&ride.source.file)));
     let mut option = |name: &str, value: String| words.push(format!("--{name} {value}"));
-    option("bicycle", quoted(&start.bicycle));
-    option("formulation", start.formulation.clone());
+    match &asked.model {
+        Spec::Fmu { origin, .. } => option("model", quoted(&origin.file)),
+        native => {
+            option("bicycle", quoted(&start.bicycle));
+            option("formulation", start.formulation.clone());
+            if let Spec::Simulated(_) = native {
+                option("model", "simulated".into());
+            }
+        }
+    }
+    if let Some(count) = asked.model.seeds().and_then(|seeds| seeds.count) {
+        option("seeds", count.to_string());
+    }
     option("set", format!("speed={}", start.speed));
     if start.bicycle == "nominal" {
         // where every spectral fit starts unless told
