@@ -329,6 +329,24 @@ mod tests {
     }
 
     #[test]
+    fn many_points_cost_what_each_does() {
+        let members = vec![member([0.0, 1.0, 2.0], 1), member([5.0, 8.0, 11.0], 0)];
+        let together = Together {
+            members,
+            priors: vec![None, Some((4.0, 2.0))],
+            factor: 1.5,
+        };
+        let points = [[0.0, 1.0, 2.0, 3.0], [2.0, -1.0, 0.5, 7.0]];
+        let mut points = points.map(|z| DVector::from_row_slice(&z)).to_vec();
+        points.push(DVector::from_element(4, f64::NAN));
+        let costs = together.costs(&points);
+        for (z, cost) in points[..2].iter().zip(&costs) {
+            assert!((cost.value() - together.cost(z)).abs() < 1e-12, "{z}");
+        }
+        assert!(costs[2].failed());
+    }
+
+    #[test]
     fn a_prior_weighs_as_so_many_rides() {
         let members = vec![member([0.0, 1.0, 2.0], 0)];
         let together = Together {
