@@ -4,6 +4,7 @@ mod loads;
 
 pub use loads::{Cell, Level, Loads, SLICE, Shift, loads};
 
+use crate::distribution::{f_quantile, gamma_quantile};
 use crate::error::Result;
 use crate::ride::Ride;
 use crate::spectrum::{Analysis, Recipe};
@@ -151,16 +152,40 @@ pub(crate) fn mean_square(analysis: &Analysis, samples: &[f64]) -> f64 {
     2.0 * power / analysis.duration()
 }
 
-/// 95 % interval of a `ratio` of two root mean squares of noise, from so many bins each.
+/// Probability that an interval holds the truth.
+const CONFIDENCE: f64 = 0.95;
+
+/// 95 % interval of a `ratio` of two root mean squares of noise, from so many bins each: the ratio of
+/// the powers over that of their expectations is F with twice the bins as degrees of freedom.
 pub(crate) fn noise_interval(ratio: f64, bins: usize, of: usize) -> (f64, f64) {
-    // the power in n bins scatters by 1/√n, its root by half of that
-    ratio_interval(ratio, 0.25 * (1.0 / bins as f64 + 1.0 / of as f64))
+    about(ratio, noise_limits(bins, of), 1.0)
 }
 
-/// 95 % interval of a `ratio` whose logarithm has that variance.
-fn ratio_interval(ratio: f64, log_variance: f64) -> (f64, f64) {
-    let scatter = 1.96 * log_variance.sqrt();
-    (ratio * (-scatter).exp(), ratio * scatter.exp())
+/// The same of what is expected over what was found, from bins worth `bins` independent ones: their
+/// power over its expectation is gamma over its shape.
+pub(crate) fn expectation_interval(ratio: f64, bins: f64) -> (f64, f64) {
+    about(ratio, gamma_limits(bins), 1.0)
+}
+
+/// Logarithms of the limits that hold √(F(2 `of`, 2 `bins`)) with [`CONFIDENCE`]: those of an
+/// expected ratio over the found one.
+fn noise_limits(bins: usize, of: usize) -> (f64, f64) {
+    tails(|p| f_quantile(2.0 * of as f64, 2.0 * bins as f64, p))
+}
+
+/// The same of the found root mean square of `bins` bins over the expected one.
+fn gamma_limits(bins: f64) -> (f64, f64) {
+    tails(|p| gamma_quantile(bins, p) / bins)
+}
+
+fn tails(power: impl Fn(f64) -> f64) -> (f64, f64) {
+    let tail = 0.5 * (1.0 - CONFIDENCE);
+    (0.5 * power(tail).ln(), 0.5 * power(1.0 - tail).ln())
+}
+
+/// `x` between limits in logarithms, `stretch` times as far off.
+fn about(x: f64, (low, high): (f64, f64), stretch: f64) -> (f64, f64) {
+    (x * (stretch * low).exp(), x * (stretch * high).exp())
 }
 
 #[cfg(test)]
@@ -255,23 +280,58 @@ mod tests {
         );
     }
 
-    /// The intervals say 95 %: of noise against noise one band in twenty changes.
+    /// The part of slices that change where noise is held against noise, and their number.
+    fn changed(rides: u8) -> (f64, f64) {
+        let (mut changed, mut all) = (0, 0);
+        for seed in 0..200 {
+            let entries: Vec<_> = (0..2 * rides)
+                .map(|n| entry(0.1, f64::from(n % 2), 1.0, seed * 100 + u64::from(n)))
+                .collect();
+            let found = loads(&entries, "steer", &Recipe::default()).unwrap();
+            let slices = &found.cells[0].slices;
+            all += slices.len();
+            changed += slices.iter().filter(|s| s.verdict != Change::None).count();
+        }
+        (f64::from(changed as u32) / all as f64, all as f64)
+    }
+
     #[test]
-    fn noise_against_noise_seldom_changes() {
-        for rides in [1, 3] {
-            let (mut changed, mut all) = (0, 0);
-            for seed in 0..40 {
-                let entries: Vec<_> = (0..2 * rides)
-                    .map(|n| entry(0.1, f64::from(n % 2), 1.0, seed * 100 + u64::from(n as u8)))
-                    .collect();
-                let found = loads(&entries, "steer", &Recipe::default()).unwrap();
-                let cell = &found.cells[0];
-                all += cell.slices.len();
-                let shifts = cell.slices.iter();
-                changed += shifts.filter(|s| s.verdict != Change::None).count();
+    fn noise_against_noise_changes_as_often_as_the_intervals_say() {
+        for (rides, expected) in [
+            // one slice in twenty
+            (1, 0.05),
+            // the larger of noise and scatter between rides is taken, which is more than either
+            (3, 0.021),
+        ] {
+            let (changed, all) = changed(rides);
+            // three binomial deviations of 2800 slices, .012 and .008
+            let reach = 3.0 * (expected * (1.0 - expected) / all).sqrt();
+            assert!((changed - expected).abs() < reach, "{rides}: {changed}");
+        }
+    }
+
+    #[test]
+    fn an_interval_of_few_bins_holds_the_ratio_as_often_as_it_says() {
+        let mut rng = rand_xoshiro::Xoshiro256PlusPlus::seed_from_u64(7);
+        for bins in [1, 5] {
+            let gamma = rand_distr::Gamma::new(f64::from(bins), 1.0).unwrap();
+            let n = 10_000;
+            let (mut held, mut expected) = (0, 0);
+            for _ in 0..n {
+                let (of, over): (f64, f64) = (gamma.sample(&mut rng), gamma.sample(&mut rng));
+                let holds = |(low, high): (f64, f64)| i32::from(low < 1.0 && 1.0 < high);
+                held += holds(noise_interval(
+                    (over / of).sqrt(),
+                    bins as usize,
+                    bins as usize,
+                ));
+                let model = (f64::from(bins) / of).sqrt();
+                expected += holds(expectation_interval(model, bins.into()));
             }
-            // 560 slices at 5 %: 28 ± 5, and neighbours share the bin on their edge
-            assert!((10..56).contains(&changed), "{rides}: {changed} of {all}");
+            // 3.3 binomial deviations of 9500: 22
+            for held in [held, expected] {
+                assert!((held - 9500).abs() < 72, "{bins} bins: {held}");
+            }
         }
     }
 
@@ -302,9 +362,10 @@ mod tests {
                 (1.0, 1.0, Change::None)
             );
             assert_eq!(band[2].verdict, Change::Rises);
-            // a factor of 4, within three standard deviations of the interval stated
+            // a factor of 4, within 1.7 times the interval: 3.3 standard deviations
             let (low, high) = band[2].interval;
-            assert!(low / 1.3 < 4.0 && 4.0 < high * 1.3, "{:?}", band[2]);
+            let reach = (high / low).powf(0.35);
+            assert!(low / reach < 4.0 && 4.0 < high * reach, "{:?}", band[2]);
         }
     }
 }

@@ -1,7 +1,8 @@
 //! A study's rides with a load against those without, rider by rider and trail by trail: the
 //! question of the paper's Figs. 8 to 10.
 
-use super::{BANDS, Change, ratio_interval, within};
+use super::{BANDS, CONFIDENCE, Change, about, gamma_limits, noise_limits, within};
+use crate::distribution::{normal_half_width, student_half_width, trigamma};
 use crate::error::{Error, Result};
 use crate::ride::{Ride, quantity};
 use crate::spectrum::{Analysis, Recipe};
@@ -74,52 +75,134 @@ pub struct Shift {
 pub struct Level {
     /// Root mean square over the rides [SI].
     pub rms: f64,
-    /// 95 % interval, the residual taken for noise [SI].
+    /// 95 % interval [SI]: the residual taken for noise, and where there are several rides, for
+    /// what they differ by if that is more.
     pub interval: (f64, f64),
-    /// Variance of the logarithm of the root mean square.
-    #[serde(skip)]
-    log_variance: f64,
 }
 
-impl Level {
-    /// That of rides with mean squares `powers` from `bins` bins together.
-    fn of(powers: &[f64], bins: usize) -> Self {
-        let n = powers.len() as f64;
-        let rms = (powers.iter().sum::<f64>() / n).sqrt();
-        // the power in n bins of noise scatters by 1/√n, its root by half of that …
-        let noise = 0.25 / bins as f64;
-        // … and rides may differ by more than noise does
-        let logs: Vec<f64> = powers.iter().map(|power| 0.5 * power.ln()).collect();
+/// Rides of one kind in a band.
+struct Rides {
+    /// Their mean squares [SI²].
+    powers: Vec<f64>,
+    /// Bins of all of them together.
+    bins: usize,
+}
+
+/// Variance of the logarithm of a root mean square of a ride among others.
+#[derive(Clone, Copy)]
+struct Scatter {
+    variance: f64,
+    /// Degrees of freedom behind it.
+    freedom: f64,
+}
+
+/// Variance of the logarithm of a root mean square over rides.
+#[derive(Clone, Copy)]
+struct Spread {
+    /// As noise has it.
+    noise: f64,
+    /// All of it.
+    whole: f64,
+    /// whole²/freedom: infinite freedom of noise, whose variance is known.
+    doubt: f64,
+}
+
+impl Rides {
+    fn rms(&self) -> f64 {
+        (self.powers.iter().sum::<f64>() / self.powers.len() as f64).sqrt()
+    }
+
+    /// What the rides differ by; none of a ride alone.
+    fn scatter(&self) -> Option<Scatter> {
+        let n = self.powers.len() as f64;
+        let logs: Vec<f64> = self.powers.iter().map(|power| 0.5 * power.ln()).collect();
         let mean = logs.iter().sum::<f64>() / n;
-        let scatter = logs.iter().map(|log| (log - mean).powi(2)).sum::<f64>() / (n - 1.0) / n;
-        let log_variance = if powers.len() > 1 {
-            noise.max(scatter)
-        } else {
-            noise
-        };
-        Self {
-            rms,
-            interval: ratio_interval(rms, log_variance),
-            log_variance,
+        let square: f64 = logs.iter().map(|log| (log - mean).powi(2)).sum();
+        (n > 1.0).then(|| Scatter {
+            variance: square / (n - 1.0),
+            freedom: n - 1.0,
+        })
+    }
+
+    /// What the root mean square may be off by where a ride scatters by `scatter`: by that or by
+    /// noise, whichever is more.
+    fn spread(&self, scatter: Option<Scatter>) -> Spread {
+        let noise = 0.25 * trigamma(self.bins);
+        let of_mean = |s: Scatter| (s.variance / self.powers.len() as f64, s.freedom);
+        match scatter.map(of_mean) {
+            Some((variance, freedom)) if variance > noise => Spread {
+                noise,
+                whole: variance,
+                doubt: variance * variance / freedom,
+            },
+            _ => Spread {
+                noise,
+                whole: noise,
+                doubt: 0.0,
+            },
         }
     }
+
+    fn level(&self) -> Level {
+        let (low, high) = gamma_limits(self.bins as f64);
+        let rms = self.rms();
+        Level {
+            rms,
+            interval: about(rms, (-high, -low), self.spread(self.scatter()).stretch()),
+        }
+    }
+}
+
+impl Spread {
+    /// By how much it widens an interval of noise: Student's t with the degrees of freedom of
+    /// Satterthwaite 1946, *Biometrics Bulletin* 2, 110.
+    fn stretch(self) -> f64 {
+        if self.doubt == 0.0 {
+            return 1.0;
+        }
+        let freedom = self.whole * self.whole / self.doubt;
+        let quantiles = student_half_width(freedom, CONFIDENCE) / normal_half_width(CONFIDENCE);
+        (self.whole / self.noise).sqrt() * quantiles
+    }
+}
+
+/// 95 % interval of the ratio of the second's root mean square to the first's. Rides may differ by
+/// more than noise: a ride alone is taken to scatter as those it is held against do, and two alone
+/// by noise only, since nothing tells.
+fn interval([without, with]: [&Rides; 2]) -> (f64, f64) {
+    let ratio = with.rms() / without.rms();
+    let scatter = [without.scatter(), with.scatter()];
+    let alone = scatter.iter().any(Option::is_none);
+    let of = |side: usize| scatter[side].or(scatter[1 - side]);
+    let [a, b] = [without.spread(of(0)), with.spread(of(1))];
+    let doubt = if alone {
+        // one and the same scatter in both
+        (a.doubt.sqrt() + b.doubt.sqrt()).powi(2)
+    } else {
+        a.doubt + b.doubt
+    };
+    let both = Spread {
+        noise: a.noise + b.noise,
+        whole: a.whole + b.whole,
+        doubt,
+    };
+    about(ratio, noise_limits(with.bins, without.bins), both.stretch())
 }
 
 impl Shift {
     /// What the band of `recipe` holds with and without; none where no bin is left in it.
     fn of(sides: [&[&Ride]; 2], channel: &str, recipe: &Recipe) -> Result<Option<Self>> {
-        let [without, with] = sides.map(|rides| level(rides, channel, recipe));
+        let [without, with] = sides.map(|rides| residuals(rides, channel, recipe));
         let (Some(without), Some(with)) = (without?, with?) else {
             return Ok(None);
         };
-        let ratio = with.rms / without.rms;
-        let interval = ratio_interval(ratio, without.log_variance + with.log_variance);
+        let interval = interval([&without, &with]);
         Ok(Some(Self {
             low: recipe.band.0,
             high: recipe.band.1,
-            without,
-            with,
-            ratio,
+            ratio: with.rms() / without.rms(),
+            without: without.level(),
+            with: with.level(),
             interval,
             verdict: Change::of(interval),
         }))
@@ -127,7 +210,7 @@ impl Shift {
 }
 
 /// The residual of `rides` in the band of `recipe`; none where lines cover it.
-fn level(rides: &[&Ride], channel: &str, recipe: &Recipe) -> Result<Option<Level>> {
+fn residuals(rides: &[&Ride], channel: &str, recipe: &Recipe) -> Result<Option<Rides>> {
     let (mut powers, mut bins) = (Vec::new(), 0);
     for ride in rides {
         let analysis = match Analysis::new(recipe, ride.step(), ride.len()) {
@@ -138,7 +221,7 @@ fn level(rides: &[&Ride], channel: &str, recipe: &Recipe) -> Result<Option<Level
         powers.push(super::mean_square(&analysis, ride.signal(channel)?));
         bins += analysis.frequencies().len();
     }
-    Ok(Some(Level::of(&powers, bins)))
+    Ok(Some(Rides { powers, bins }))
 }
 
 /// The slices of `band` [Hz].
@@ -312,3 +395,6 @@ impl Loads {
         text
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -7,8 +7,11 @@
 //! ```
 //!
 //! summed over the channels. Bins of a coherence below .6 are not looked at. The weights are a
-//! convention, not a likelihood; standard errors come from the random error of the measured
-//! response, ε = √(1 − γ²)/(|γ| √(2 n_d)), carried through the weighted fit (sandwich).
+//! convention, not a likelihood; standard errors come from the random errors of the measured
+//! responses, carried through the weighted fit (sandwich). Their size is ε = √(1 − γ²)/(|γ| √(2 n_d));
+//! one gust moves all channels, so at each frequency the errors of the channels are taken with their
+//! covariance, from what the torque leaves of the channels' cross-spectra (Bendat & Piersol 2010,
+//! ch. 9).
 //!
 //! The model is the linearised bicycle with the mean gain of each jump under the measured torque.
 //! **In a closed loop** the torque of a rider answers the bicycle: the response from the whole
@@ -21,13 +24,16 @@ use crate::closed_loop::gains::Gains;
 use crate::error::{Error, Result};
 use crate::ride::Ride;
 use crate::solver::{Landscape, Quadratic};
-use crate::spectrum::welch::{self, Response};
+use crate::spectrum::welch::{self, Response, Responses};
 use bicycle::{Excitation, Formulation, Input, Parameters, State, linear};
 use nalgebra::{Complex, DMatrix, DVector};
+use std::collections::BTreeMap;
 use std::f64::consts::{LN_10, TAU};
 
 /// Least coherence γ² of a bin (Tischler & Remple).
 const LEAST_COHERENCE: f64 = 0.6;
+/// Least random error: a coherence of 1 to the last digit is no proof of an error of 0.
+const LEAST_ERROR: f64 = 1e-6;
 /// Weight of a squared degree against a squared decibel.
 const PHASE: f64 = 0.01745;
 /// Above this frequency [Hz] the torque moves no bicycle that matters to a mean gain.
@@ -38,6 +44,8 @@ const DECIBELS: f64 = 20.0 / LN_10;
 /// A bin of a measured response.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Point {
+    /// Bin of the averaged windows.
+    pub bin: usize,
     /// Frequency [Hz].
     pub frequency: f64,
     /// Response [unit of the channel per N m].
@@ -61,6 +69,8 @@ pub struct Frf {
     law_in_loop: bool,
     speed: f64,
     states: Vec<usize>,
+    /// Covariance of the channels' relative errors at each bin: [`Responses::scatter`].
+    scatter: Vec<DMatrix<Complex<f64>>>,
     /// Power of the recorded torque in each bin [N² m²].
     torque: Vec<(f64, f64)>,
 }
@@ -92,27 +102,27 @@ impl Frf {
             });
         }
         let samples = (window / ride.step()).round() as usize;
-        let (mut points, mut states, mut power) = (Vec::new(), Vec::new(), Vec::new());
+        let mut states = Vec::new();
         for channel in channels {
             states.push(State::index(channel).ok_or_else(|| {
                 Error::unknown("state", channel, State::TABLE.iter().map(|row| row.name))
             })?);
-            let measured = welch::response(torque, ride.signal(channel)?, ride.step(), samples)
-                .ok_or(Error::Average {
-                    average: 1.5 * window,
-                    duration: ride.duration(),
-                    step: 4.0 * ride.step(),
-                })?;
-            points.push(coherent(&measured, band));
-            power = measured
-                .frequency
-                .iter()
-                .zip(&measured.input)
-                .filter(|(f, _)| **f < QUIET)
-                // two-sided: each bin stands for one at −f as well
-                .map(|(f, s)| (*f, 2.0 * s / window))
-                .collect();
         }
+        let outputs: Vec<_> = (channels.iter().map(|c| ride.signal(c))).collect::<Result<_>>()?;
+        let measured =
+            welch::responses(torque, &outputs, ride.step(), samples).ok_or(Error::Average {
+                average: 1.5 * window,
+                duration: ride.duration(),
+                step: 4.0 * ride.step(),
+            })?;
+        let points: Vec<Vec<Point>> = (0..channels.len())
+            .map(|c| coherent(&measured, c, band))
+            .collect();
+        let power = (measured.frequency.iter().zip(&measured.input))
+            .filter(|(f, _)| **f < QUIET)
+            // two-sided: each bin stands for one at −f as well
+            .map(|(f, s)| (*f, 2.0 * s / window))
+            .collect();
         let found = 2 * points.iter().map(Vec::len).sum::<usize>();
         let free = unknowns.free.len();
         if found <= free {
@@ -125,6 +135,7 @@ impl Frf {
             law_in_loop: ride.law_in_loop.unwrap_or(false),
             speed: ride.mean_speed(speed),
             states,
+            scatter: measured.scatter,
             torque: power,
             unknowns,
         })
@@ -235,24 +246,41 @@ impl Frf {
         Ok(jacobian)
     }
 
-    /// What the responses know at `z`: the scatter of the gradient from the random errors.
+    /// What the responses know at `z`: the scatter of the gradient from the random errors, those of
+    /// the channels at one bin together.
     pub fn information(&self, z: &DVector<f64>) -> Result<Information> {
         let jacobian = self.jacobian(z)?;
-        let mut deviations = Vec::with_capacity(self.observations());
-        for points in &self.points {
+        let n = z.len();
+        // at each bin, of each channel there, what its complex relative error δ adds to the
+        // gradient: Re(h δ), magnitude and phase being the real and the imaginary part of δ
+        let mut bins: BTreeMap<usize, Vec<(usize, DVector<Complex<f64>>)>> = BTreeMap::new();
+        let mut row = 0;
+        for (channel, points) in self.points.iter().enumerate() {
             for point in points {
-                let weight = weight(point, points.len()) * point.error;
-                deviations.push(weight * DECIBELS);
-                deviations.push(weight * PHASE.sqrt() * 1f64.to_degrees());
+                let weight = weight(point, points.len());
+                let magnitude = jacobian.row(row) * (weight * DECIBELS);
+                let phase = jacobian.row(row + 1) * (weight * PHASE.sqrt() * 1f64.to_degrees());
+                let h = DVector::from_fn(n, |i, _| Complex::new(magnitude[i], -phase[i]));
+                bins.entry(point.bin).or_default().push((channel, h));
+                row += 2;
             }
         }
-        let mut scattered = jacobian.clone();
-        for (mut row, deviation) in scattered.row_iter_mut().zip(&deviations) {
-            row *= *deviation;
+        let mut meat = DMatrix::zeros(n, n);
+        for (bin, channels) in bins {
+            for (i, h) in &channels {
+                for (j, other) in &channels {
+                    let mut covariance = self.scatter[bin][(*i, *j)];
+                    if i == j {
+                        covariance = (2.0 * LEAST_ERROR.powi(2)).max(covariance.re).into();
+                    }
+                    // of a circular δ, E[Re(h δ) Re(g δ')] = ½ Re(h ḡ E[δ δ̄'])
+                    meat += (h * other.adjoint()).map(|x| 0.5 * (x * covariance).re);
+                }
+            }
         }
         Ok(Information {
             curvature: jacobian.transpose() * &jacobian,
-            meat: Some(scattered.transpose() * scattered),
+            meat: Some(meat),
             freedom: None,
             factor: 1.0,
         })
@@ -280,17 +308,25 @@ fn weight(point: &Point, n: usize) -> f64 {
     (20.0 / n as f64).sqrt() * 1.58 * (1.0 - (-point.coherence).exp())
 }
 
-/// Every other bin of `measured` within `band` that is coherent: neighbours of a Hann window see
-/// the same noise.
-fn coherent(measured: &Response, (low, high): (f64, f64)) -> Vec<Point> {
+/// Every other bin of output `channel` of `measured` within `band` that is coherent: neighbours of a
+/// Hann window see the same noise.
+fn coherent(measured: &Responses, channel: usize, (low, high): (f64, f64)) -> Vec<Point> {
+    let Response {
+        response,
+        coherence,
+    } = &measured.outputs[channel];
     (0..measured.frequency.len())
         .step_by(2)
-        .map(|k| Point {
-            frequency: measured.frequency[k],
-            response: measured.response[k],
-            coherence: measured.coherence[k],
-            // a coherence of 1 to the last digit is no proof of an error of 0
-            error: measured.random_error(k).max(1e-6),
+        .map(|bin| Point {
+            bin,
+            frequency: measured.frequency[bin],
+            response: response[bin],
+            coherence: coherence[bin],
+            // half of the power of a circular error is the magnitude's, half the phase's
+            error: (0.5 * measured.scatter[bin][(channel, channel)].re)
+                .max(0.0)
+                .sqrt()
+                .max(LEAST_ERROR),
         })
         .filter(|p| p.frequency >= low && p.frequency <= high && p.coherence >= LEAST_COHERENCE)
         .collect()

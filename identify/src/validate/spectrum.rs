@@ -1,6 +1,6 @@
 //! A spectrum that was foretold, beside the one that came.
 
-use crate::compare::{BANDS, noise_interval};
+use crate::compare::{BANDS, expectation_interval};
 use crate::distribution::{gamma_quantile, normal_half_width};
 use crate::error::Result;
 use crate::objective::spectral::Spectral;
@@ -82,7 +82,7 @@ pub fn foretold(spectral: &Spectral, z: &DVector<f64>) -> Result<Foretold> {
             let model = root(inside.iter().map(|&k| expected[k][(c, c)].re).sum());
             let ratio = model / found;
             // neighbours under a taper are worth fewer bins; what is expected does not scatter
-            let worth = (inside.len() as f64 / factor).round().max(1.0) as usize;
+            let worth = (inside.len() as f64 / factor).max(1.0);
             bands.push(BandError {
                 channel: (*channel).into(),
                 low,
@@ -92,7 +92,7 @@ pub fn foretold(spectral: &Spectral, z: &DVector<f64>) -> Result<Foretold> {
                 expected: model,
                 ratio,
                 decibels: 20.0 * ratio.log10(),
-                interval: noise_interval(ratio, worth, usize::MAX),
+                interval: expectation_interval(ratio, worth),
             });
         }
     }
