@@ -64,12 +64,17 @@ impl Objective {
         if those.contains(&self) {
             return Ok(());
         }
+        Err(self.refused(what, those))
+    }
+
+    /// That only `those` offer `what`.
+    pub(crate) fn refused(self, what: &str, those: &[Self]) -> Error {
         let names: Vec<&str> = those.iter().map(|o| o.name()).collect();
-        Err(Error::Objective {
+        Error::Objective {
             what: what.into(),
             expected: names.join(", "),
             found: self.name(),
-        })
+        }
     }
 
     /// Whether windows are replayed.

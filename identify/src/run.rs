@@ -267,16 +267,26 @@ impl Run {
 
     /// `rides`, the run's own in their order, on the bicycles they were ridden on.
     pub fn ridden<'a>(&self, rides: &'a [Ride]) -> Result<Vec<Ridden<'a>>> {
-        let ridden = |(ride, recorded): (&'a Ride, &Recorded)| {
+        let ridden = |(i, ride): (usize, &'a Ride)| {
             Ok(Ridden {
-                ride,
-                parameters: recorded.candidate()?.parameters,
-                speed: recorded.start.speed,
-                condition: recorded.condition.clone(),
-                windows: recorded.windows.clone(),
+                windows: self.rides[i].windows.clone(),
+                ..self.ridden_as(i, ride)?
             })
         };
-        rides.iter().zip(&self.rides).map(ridden).collect()
+        let own = rides.iter().take(self.rides.len());
+        own.enumerate().map(ridden).collect()
+    }
+
+    /// `ride` on the bicycle and under the condition of the run's ride number `like`.
+    pub fn ridden_as<'a>(&self, like: usize, ride: &'a Ride) -> Result<Ridden<'a>> {
+        let recorded = &self.rides[like];
+        Ok(Ridden {
+            ride,
+            parameters: recorded.candidate()?.parameters,
+            speed: recorded.start.speed,
+            condition: recorded.condition.clone(),
+            windows: Vec::new(),
+        })
     }
 
     /// The problem that was solved, of the run's own rides.

@@ -1,5 +1,5 @@
-//! How well a fitted model foretells rides it was not fitted to, and which of several readings of
-//! the equations the data prefer.
+//! How well a fitted model predicts rides it was not fitted to, and which of several formulations
+//! the data prefer.
 
 pub mod criteria;
 pub mod replay;
@@ -12,6 +12,7 @@ use crate::error::{Error, Result};
 use crate::fit::{Fit, fit};
 use crate::free::{Variable, has};
 use crate::objective::Objective;
+use crate::objective::time::Time;
 use crate::objective::whittle::Whittle;
 use crate::plan::{Plan, Ridden};
 use crate::problem::{Problem, Rides};
@@ -21,14 +22,15 @@ use crate::run::Run;
 use crate::solver::Landscape;
 use crate::verdict::Estimate;
 use bicycle::Formulation;
-use criteria::Criteria;
+use criteria::{Criteria, Start};
+use nalgebra::DMatrix;
 use replay::{Replayed, replayed};
 use serde::{Deserialize, Serialize};
-use spectrum::{Foretold, foretold};
+use spectrum::{Predicted, predicted};
 
-/// A value that was sought anew on a held-out ride, since each ride has its own.
+/// A value that was estimated again on a held-out ride, since each ride has its own.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Renewed {
+pub struct Reestimated {
     /// Name of the row.
     pub name: String,
     /// Mean over the rides of the fit [SI].
@@ -44,10 +46,13 @@ pub struct HeldOut {
     pub ride: String,
     /// Whether it is one that the model was fitted to after all.
     pub fitted_to: bool,
-    /// What was sought anew on it: nuisances.
-    pub renewed: Vec<Renewed>,
+    /// The condition of the fit whose estimates it was predicted with; none: where conditions or
+    /// rides of the fit have their own, the mean over them.
+    pub condition: Option<String>,
+    /// What was estimated again on it: nuisances.
+    pub reestimated: Vec<Reestimated>,
     /// Its spectrum, of a fit of spectra.
-    pub spectrum: Option<Foretold>,
+    pub spectrum: Option<Predicted>,
     /// Its windows, of a fit of windows.
     pub replays: Vec<Replayed>,
 }
@@ -61,16 +66,21 @@ impl HeldOut {
             sum / n
         };
         match &self.spectrum {
-            Some(foretold) => {
-                let squares = foretold.bands.iter().map(|b| b.decibels.powi(2));
+            Some(predicted) => {
+                let squares = predicted.bands.iter().map(|b| b.decibels.powi(2));
                 mean(&mut { squares }).sqrt()
             }
-            None => mean(&mut self.replays.iter().map(|r| 1.0 - r.variance_accounted_for)),
+            None => mean(
+                &mut self
+                    .replays
+                    .iter()
+                    .map(|r| 1.0 - r.replay.variance_accounted_for),
+            ),
         }
     }
 }
 
-/// One reading of the equations.
+/// One formulation.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Candidate {
     /// Its name.
@@ -81,7 +91,7 @@ pub struct Candidate {
     pub failed: Option<String>,
 }
 
-/// What a reading of the equations is worth.
+/// What a formulation is worth.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Weighed {
     /// Whether its search arrived.
@@ -105,21 +115,49 @@ pub struct Validation {
     pub error_of: String,
     /// The held-out rides under the fit on record.
     pub held_out: Vec<HeldOut>,
-    /// Readings of the equations, each fitted anew to the rides of the fit.
+    /// Formulations, each fitted again to the rides of the fit.
     pub formulations: Vec<Candidate>,
 }
 
+/// The objectives that can be validated: the others predict neither spectra nor windows.
+const OFFERED: [Objective; 4] = [
+    Objective::Amplitude,
+    Objective::Whittle,
+    Objective::Time,
+    Objective::FreeResponse,
+];
+
+/// `ride`, to be predicted by `run`: on the bicycle and under the condition that is `condition` in
+/// the fit, or where the fit has but one, under that.
+pub fn unfitted<'a>(run: &Run, ride: &'a Ride, condition: Option<&str>) -> Result<Ridden<'a>> {
+    let conditions = || run.rides.iter().map(|r| r.condition.as_str());
+    let first = &run.rides[0].condition;
+    let condition = condition.or_else(|| conditions().all(|c| c == first).then_some(first));
+    let like = match condition {
+        None => 0,
+        Some(name) => conditions()
+            .position(|c| c == name)
+            .ok_or_else(|| Error::unknown("condition", name, conditions()))?,
+    };
+    let own = &run.ridden_as(like, ride)?;
+    Ok(Ridden {
+        condition: condition.unwrap_or_default().into(),
+        windows: Vec::new(),
+        ..own.clone()
+    })
+}
+
 /// `run` on `rides`, which it was not fitted to.
-pub fn validate(run: &Run, rides: &[Ride]) -> Result<Validation> {
+pub fn validate(run: &Run, rides: &[Ridden]) -> Result<Validation> {
+    run.fit.objective.check("validation", &OFFERED)?;
     let plan = run.plan()?;
     let held_out = rides
         .iter()
-        .map(|ride| held_out(&plan, &run.fit, ride, run))
+        .map(|ridden| held_out(&plan, &run.fit, ridden, run))
         .collect::<Result<_>>()?;
-    let windows = plan.objective == Some(Objective::Time);
     Ok(Validation {
         objective: run.fit.objective.name().into(),
-        error_of: if windows {
+        error_of: if run.fit.objective.is_replayed() {
             "1 − variance accounted for"
         } else {
             "rms error of the bands [dB]"
@@ -130,36 +168,42 @@ pub fn validate(run: &Run, rides: &[Ride]) -> Result<Validation> {
     })
 }
 
-/// `run` fitted anew to its own rides, `fitted`, with each of the readings `names`, and each of them
-/// on `rides`. A reading that cannot be fitted says why and stops none of the others.
+/// `run` fitted again to its own rides, `fitted`, with each of the formulations `names`, and each of
+/// them on `rides`. A formulation that cannot be fitted says why and stops none of the others.
 pub fn formulations(
     run: &Run,
     fitted: &[Ride],
-    rides: &[Ride],
+    rides: &[Ridden],
     names: &[String],
 ) -> Result<Vec<Candidate>> {
-    let readings = names.iter().map(|name| formulation(name));
-    let readings: Vec<Formulation> = readings.collect::<Result<_>>()?;
-    let candidate = |reading: Formulation| {
-        let weighed = weigh(run, fitted, rides, reading);
+    run.fit.objective.check("validation", &OFFERED)?;
+    let known = names.iter().map(|name| formulation(name));
+    let known: Vec<Formulation> = known.collect::<Result<_>>()?;
+    let candidate = |formulation: Formulation| {
+        let weighed = weigh(run, fitted, rides, formulation);
         Candidate {
-            formulation: reading.name().into(),
+            formulation: formulation.name().into(),
             failed: weighed.as_ref().err().map(ToString::to_string),
             weighed: weighed.ok(),
         }
     };
-    Ok(readings.into_iter().map(candidate).collect())
+    Ok(known.into_iter().map(candidate).collect())
 }
 
-fn weigh(run: &Run, fitted: &[Ride], rides: &[Ride], reading: Formulation) -> Result<Weighed> {
+fn weigh(
+    run: &Run,
+    fitted: &[Ride],
+    rides: &[Ridden],
+    formulation: Formulation,
+) -> Result<Weighed> {
     let mut plan = run.plan()?;
-    plan.formulation = reading;
+    plan.formulation = formulation;
     // one noise for all: likelihoods are of the same observations
     plan.noise = plan.noise.or_else(|| shared_noise(&run.fit));
     if let Some(free) = &mut plan.free {
-        free.retain(|f| has(reading, f.row.name));
+        free.retain(|f| has(formulation, f.row.name));
     }
-    plan.ties.retain(|tie| has(reading, tie.leader.name));
+    plan.ties.retain(|tie| has(formulation, tie.leader.name));
     let (problem, fit) = fit(
         &run.ridden(fitted)?,
         &plan,
@@ -168,7 +212,7 @@ fn weigh(run: &Run, fitted: &[Ride], rides: &[Ride], reading: Formulation) -> Re
     )?;
     let held_out = rides
         .iter()
-        .map(|ride| held_out(&plan, &fit, ride, run))
+        .map(|ridden| held_out(&plan, &fit, ridden, run))
         .collect::<Result<Vec<_>>>()?;
     Ok(Weighed {
         converged: fit.converged,
@@ -198,48 +242,40 @@ pub fn criteria(problem: &Problem, fit: &Fit) -> Result<Criteria> {
         Rides::Amplitude(spectra) | Rides::Whittle(spectra) => {
             let information = spectra.information(&z, Whittle::information)?;
             let sample = problem.observations() as f64 / information.factor;
-            Ok(Criteria::new(
-                spectra.cost(&z),
-                &information,
-                sample,
-                "Fourier coefficients of all channels, less what the taper correlates",
-            ))
+            let of = "Fourier coefficients of all channels, less what the taper correlates";
+            let cost = spectra.cost(&z);
+            Ok(Criteria::new(cost, &information, (sample, of), &[]))
         }
-        Rides::Frf(responses) => Ok(Criteria::new(
-            responses.cost(&z),
-            &problem.information(&z)?,
-            problem.observations() as f64,
-            "magnitudes and phases; the cost is no likelihood",
-        )),
+        // a cost that is no likelihood
+        Rides::Frf(_) => Err(problem.objective.refused("AIC and BIC", &OFFERED)),
         Rides::Time(windows) => {
             let held: Vec<usize> = (0..z.len()).collect();
             let outcome = problem.search(&z, &held, &Watch::default())?.outcome;
-            let clusters = windows.members.iter().map(|m| m.landscape.windows());
+            let bases = windows.each(&outcome.point, Time::hat_bases);
+            let bases = bases.into_iter().collect::<Result<Vec<_>>>()?.concat();
+            let start = |basis: &DMatrix<f64>| Start {
+                parameters: basis.ncols(),
+                observations: basis.nrows(),
+            };
             Ok(Criteria::new(
                 outcome.cost,
                 &problem.information(&outcome.point)?,
-                clusters.sum::<usize>() as f64,
-                "windows, each a cluster",
+                (bases.len() as f64, "windows, each a cluster"),
+                &bases.iter().map(start).collect::<Vec<_>>(),
             ))
         }
     }
 }
 
-/// `ride` under the estimates of `fit`: all held but the nuisances, which each ride has of its own.
-fn held_out(plan: &Plan, fit: &Fit, ride: &Ride, run: &Run) -> Result<HeldOut> {
-    run.fit.objective.check(
-        "validation",
-        &[Objective::Amplitude, Objective::Whittle, Objective::Time],
-    )?;
-    let ridden = Ridden {
-        condition: run.rides[0].condition.clone(),
-        ..plan.ridden(ride)
-    };
-    let problem = Problem::new(&[ridden], plan)?;
+/// `ridden` under the estimates of `fit`: all held but the nuisances, which each ride has of its own.
+fn held_out(plan: &Plan, fit: &Fit, ridden: &Ridden, run: &Run) -> Result<HeldOut> {
+    let ride = ridden.ride;
+    let problem = Problem::new(std::slice::from_ref(ridden), plan)?;
+    let conditions = Conditions { fit, run, ridden };
     let values: Vec<f64> = problem
         .variables
         .iter()
-        .map(|variable| estimate(fit, variable))
+        .map(|variable| conditions.estimate(variable))
         .collect::<Result<_>>()?;
     let start = problem.at(&values);
     let held: Vec<usize> = (0..start.len())
@@ -250,8 +286,8 @@ fn held_out(plan: &Plan, fit: &Fit, ride: &Ride, run: &Run) -> Result<HeldOut> {
         .outcome
         .point;
     let found = problem.values(&point);
-    let renewed = (0..start.len()).filter(|i| !held.contains(i));
-    let renewed = renewed.map(|i| Renewed {
+    let again = (0..start.len()).filter(|i| !held.contains(i));
+    let reestimated = again.map(|i| Reestimated {
         name: problem.variables[i].free.row.name.into(),
         fitted: values[i],
         value: found[i],
@@ -259,7 +295,7 @@ fn held_out(plan: &Plan, fit: &Fit, ride: &Ride, run: &Run) -> Result<HeldOut> {
     let (mut spectrum, mut replays) = (None, Vec::new());
     match &problem.rides {
         Rides::Amplitude(spectra) | Rides::Whittle(spectra) => {
-            let mut all = spectra.each(&point, |ride, z| foretold(&ride.spectral, z));
+            let mut all = spectra.each(&point, |ride, z| predicted(&ride.spectral, z));
             spectrum = Some(all.remove(0)?);
         }
         Rides::Frf(_) => {}
@@ -272,26 +308,51 @@ fn held_out(plan: &Plan, fit: &Fit, ride: &Ride, run: &Run) -> Result<HeldOut> {
     Ok(HeldOut {
         ride: ride.name(),
         fitted_to: run.rides.iter().any(|r| Some(&r.source.sha256) == sha),
-        renewed: renewed.collect(),
+        condition: conditions.known().then(|| ridden.condition.clone()),
+        reestimated: reestimated.collect(),
         spectrum,
         replays,
     })
 }
 
-/// The fit's value of `variable` [SI]: where rides or conditions had their own, the mean.
-fn estimate(fit: &Fit, variable: &Variable) -> Result<f64> {
-    let name = variable.free.row.name;
-    let all: Vec<f64> = fit
-        .parameters
-        .iter()
-        .filter(|p| p.name == name)
-        .map(|p| p.value)
-        .collect();
-    if all.is_empty() {
-        let known = fit.parameters.iter().map(|p| p.name.as_str());
-        return Err(Error::unknown("fitted parameter", name, known));
+/// A ride among the conditions of a fit.
+struct Conditions<'a> {
+    fit: &'a Fit,
+    run: &'a Run,
+    ridden: &'a Ridden<'a>,
+}
+
+impl Conditions<'_> {
+    /// Whether the fit had rides of its condition.
+    fn known(&self) -> bool {
+        let mut rides = self.run.rides.iter();
+        rides.any(|recorded| recorded.condition == self.ridden.condition)
     }
-    Ok(all.iter().sum::<f64>() / all.len() as f64)
+
+    /// Whether what the fit calls `of`, a condition or a ride, is of its condition.
+    fn own(&self, of: &str) -> bool {
+        let rides = self.fit.explained.iter().zip(&self.run.rides);
+        let mut named =
+            rides.filter(|(explained, recorded)| explained.ride == of || recorded.condition == of);
+        named.any(|(_, recorded)| recorded.condition == self.ridden.condition)
+    }
+
+    /// The fit's value of `variable` [SI]: where rides or conditions had their own, that of the
+    /// ride's condition, of several rides of it the mean; where the fit does not know the condition,
+    /// the mean over all.
+    fn estimate(&self, variable: &Variable) -> Result<f64> {
+        let name = variable.free.row.name;
+        let parameters = &self.fit.parameters;
+        let all: Vec<&Estimate> = parameters.iter().filter(|p| p.name == name).collect();
+        if all.is_empty() {
+            let known = parameters.iter().map(|p| p.name.as_str());
+            return Err(Error::unknown("fitted parameter", name, known));
+        }
+        let is_own = |p: &&&Estimate| p.of.as_ref().is_none_or(|of| self.own(of));
+        let own: Vec<&Estimate> = all.iter().filter(is_own).copied().collect();
+        let of = if own.is_empty() { &all } else { &own };
+        Ok(of.iter().map(|p| p.value).sum::<f64>() / of.len() as f64)
+    }
 }
 
 #[cfg(test)]

@@ -12,6 +12,7 @@
 mod continuation;
 mod dual;
 mod foreign;
+mod hat;
 mod noise;
 mod replay;
 mod scatter;
@@ -21,7 +22,7 @@ mod tests;
 mod windows;
 
 pub use continuation::{carry, stages};
-pub use replay::Replay;
+pub use replay::{Leftover, Replay};
 pub use scatter::information;
 
 use super::Unknowns;

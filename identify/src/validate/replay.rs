@@ -1,78 +1,63 @@
 //! Windows that were replayed, beside the record.
 
-use super::residual::{
-    Correlations, Whiteness, cross_correlation, fit_percent, variance_accounted_for, whiteness,
-};
+use super::residual::{Correlations, Left, Whiteness, cross_correlation, fit_percent, whiteness};
 use crate::error::Result;
-use crate::objective::time::Time;
+use crate::objective::time::{Leftover, Replay, Time};
 use crate::ride::Ride;
 use nalgebra::DVector;
 use serde::{Deserialize, Serialize};
-use std::ops::Range;
 
 /// A channel replayed.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Replayed {
-    /// Name of the channel.
-    pub channel: String,
+    /// How the replay compares with the record.
+    #[serde(flatten)]
+    pub replay: Replay,
     /// Fit over all windows [%].
     pub fit: f64,
-    /// Variance accounted for, over all windows.
-    pub variance_accounted_for: f64,
-    /// The same of the median window.
-    pub median_window: f64,
-    /// Residual, rms [SI].
-    pub residual_rms: f64,
     /// Whether the residual is white.
     pub whiteness: Whiteness,
-    /// Correlation of the residual with the steer torque.
-    pub torque: Correlations,
+    /// Correlation of the residual with the steer torque, where that was recorded.
+    pub torque: Option<Correlations>,
 }
 
 /// The windows of `ride` replayed with the parameters at `z`, each from the start that fits best.
 pub fn replayed(windows: &Time, z: &DVector<f64>, ride: &Ride) -> Result<Vec<Replayed>> {
-    let models = windows.replay_all(z)?;
-    let channels = windows.channels.iter().zip(models);
-    let samples: Vec<usize> = windows.samples().collect();
-    let torque = ride.signal("steer_torque")?;
-    let middle = torque.iter().sum::<f64>() / torque.len() as f64;
-    channels
-        .map(|(channel, model)| {
-            let all = ride.channel(channel)?;
-            let measured: Vec<f64> = samples.iter().map(|&i| all[i]).collect();
-            let residual: Vec<f64> = measured.iter().zip(&model).map(|(y, m)| y - m).collect();
-            let torque: Vec<f64> = samples.iter().map(|&i| torque[i] - middle).collect();
-            let parts = parted(&residual, windows.ranges());
-            let inputs = parted(&torque, windows.ranges());
-            let mut each: Vec<f64> = parted(&measured, windows.ranges())
-                .into_iter()
-                .zip(parted(&model, windows.ranges()))
-                .map(|(y, m)| variance_accounted_for(y, m))
-                .collect();
-            each.sort_by(f64::total_cmp);
-            let power = residual.iter().map(|r| r * r).sum::<f64>() / residual.len() as f64;
-            Ok(Replayed {
-                channel: (*channel).into(),
-                fit: fit_percent(&measured, &model),
-                variance_accounted_for: variance_accounted_for(&measured, &model),
-                median_window: each[each.len() / 2],
-                residual_rms: power.sqrt(),
-                whiteness: whiteness(&parts, ride.step(), LAGS),
-                torque: cross_correlation(&parts, &inputs, ride.step(), LAGS),
+    let settled = windows.settled(z)?;
+    let bases = windows.hat_bases(&settled)?;
+    let torque = ride.channel("steer_torque").ok().map(|torque| {
+        let middle = torque.iter().sum::<f64>() / torque.len() as f64;
+        let window = |w: &std::ops::Range<usize>| torque[w.clone()].iter().map(|t| t - middle);
+        let all: Vec<Vec<f64>> = windows
+            .ranges()
+            .iter()
+            .map(|w| window(w).collect())
+            .collect();
+        all
+    });
+    let channel = |(c, leftover): (usize, Leftover)| {
+        let replay = leftover.replay();
+        let model: Vec<f64> = (leftover.measured.iter().flatten())
+            .zip(leftover.left.iter().flatten())
+            .map(|(measured, left)| measured - left)
+            .collect();
+        let fit = fit_percent(&leftover.measured.concat(), &model);
+        let own = leftover.left.into_iter().zip(&bases);
+        let left: Vec<Left> = own
+            .map(|(residual, basis)| Left {
+                basis: basis.rows(c * residual.len(), residual.len()).into_owned(),
+                residual,
             })
-        })
-        .collect()
-}
-
-/// What belongs to each of `windows`, one behind the other in `all`.
-fn parted<'a>(mut all: &'a [f64], windows: &[Range<usize>]) -> Vec<&'a [f64]> {
-    let part = |window: &Range<usize>| {
-        let (own, rest) = all.split_at(window.len());
-        all = rest;
-        own
+            .collect();
+        Replayed {
+            replay,
+            fit,
+            whiteness: whiteness(&left, ride.step()),
+            torque: torque
+                .as_ref()
+                .map(|u| cross_correlation(&left, u, ride.step())),
+        }
     };
-    windows.iter().map(part).collect()
+    let channels = windows.leftovers(&settled)?.into_iter().enumerate();
+    Ok(channels.map(channel).collect())
 }
-
-/// Lags looked at, each way.
-const LAGS: usize = 25;

@@ -1,4 +1,4 @@
-//! A spectrum that was foretold, beside the one that came.
+//! A predicted spectrum, beside the one that came.
 
 use crate::compare::{BANDS, expectation_interval};
 use crate::distribution::{gamma_quantile, normal_half_width};
@@ -8,7 +8,7 @@ use crate::validate::residual::BAND;
 use nalgebra::{Complex, DVector};
 use serde::{Deserialize, Serialize};
 
-/// A channel's rms in a band, foretold over measured.
+/// A channel's rms in a band, predicted over measured.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct BandError {
     /// Name of the channel.
@@ -50,7 +50,7 @@ pub struct Misfit {
 
 /// A spectrum against its model.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Foretold {
+pub struct Predicted {
     /// The bands of each channel.
     pub bands: Vec<BandError>,
     /// The bins.
@@ -58,7 +58,7 @@ pub struct Foretold {
 }
 
 /// The spectrum of `spectral` against its model at the variables `z`.
-pub fn foretold(spectral: &Spectral, z: &DVector<f64>) -> Result<Foretold> {
+pub fn predicted(spectral: &Spectral, z: &DVector<f64>) -> Result<Predicted> {
     let measured = &spectral.measured;
     let expected = spectral.expected(z)?;
     let frequency = measured.analysis.frequencies();
@@ -117,7 +117,7 @@ pub fn foretold(spectral: &Spectral, z: &DVector<f64>) -> Result<Foretold> {
     let n = misfit.len() as f64;
     // each bin's variance is 1/channels; the taper's neighbours add to that of the mean
     let spread = normal_half_width(BAND) * (factor / (n * channels)).sqrt();
-    Ok(Foretold {
+    Ok(Predicted {
         bands,
         misfit: Misfit {
             mean: misfit.iter().sum::<f64>() / n,

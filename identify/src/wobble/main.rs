@@ -58,7 +58,7 @@ enum Command {
     Linear(linear::Linear),
     /// Fit parameters to a ride
     Fit(fitting::Fit),
-    /// A fit on rides it was not made of; other readings of the equations beside it
+    /// A fit on rides it was not made of; other formulations beside it
     Validate(validate::Validate),
     /// The report of a fit, one HTML file
     Report(fitting::Report),

@@ -5,8 +5,11 @@ use crate::fitting::read_again;
 use crate::output::{Output, Progress};
 use anyhow::Result;
 use clap::Args;
+use identify::objective::free_response;
+use identify::plan::Ridden;
 use identify::ride::Ride;
 use identify::run::Run;
+use identify::study::{Entry, Study};
 use identify::validate::{self, HeldOut, Validation};
 use std::fmt::Write as _;
 use std::path::PathBuf;
@@ -16,11 +19,21 @@ pub struct Validate {
     /// The fit, as `wobble fit -o` wrote it
     fit: PathBuf,
     /// Ride files that it was not fitted to
-    #[arg(required = true)]
+    #[arg(required_unless_present = "study")]
     rides: Vec<PathBuf>,
+    /// Rides with their bicycles and conditions, TOML: each is predicted with the estimates of its own
+    /// condition, where the fit has it
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["rides", "condition", "map", "rate", "resample"])]
+    study: Option<PathBuf>,
+    /// Which condition of the fit the rides are of, where it has several
+    #[arg(long, value_name = "NAME")]
+    condition: Option<String>,
+    /// Windows of free-response, as in fit
+    #[arg(long, value_name = "FILE")]
+    windows: Option<PathBuf>,
     #[command(flatten)]
     reading: RideArguments,
-    /// Readings of the equations to fit anew to the fit's own rides, comma-separated
+    /// Formulations to fit again to the fit's own rides, comma-separated
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     formulation: Vec<String>,
     /// The files of the fit's own rides, in their order, where they have moved
@@ -33,14 +46,31 @@ pub struct Validate {
 impl Validate {
     pub fn run(&self) -> Result<()> {
         let run = Run::read(&self.fit)?;
-        let mut rides = Vec::new();
-        for path in &self.rides {
-            let mut ride = self.reading.read(path)?;
+        let law = |ride: &mut Ride| {
             ride.law_in_loop
                 .get_or_insert(run.rides[0].start.law_in_loop);
+        };
+        let (mut rides, mut entries) = (Vec::new(), Vec::new());
+        if let Some(path) = &self.study {
+            entries = Study::read(path)?.rides;
+            entries.iter_mut().for_each(|entry| law(&mut entry.ride));
+        }
+        for path in &self.rides {
+            let mut ride = self.reading.read(path)?;
+            law(&mut ride);
             rides.push(ride);
         }
-        let validation = self.validation(&run, &rides)?;
+        let condition = self.condition.as_deref();
+        let mut ridden = (rides.iter())
+            .map(|ride| validate::unfitted(&run, ride, condition))
+            .collect::<Result<Vec<_>, _>>()?;
+        ridden.extend(entries.iter().map(Entry::ridden));
+        if let Some(path) = &self.windows {
+            for ridden in &mut ridden {
+                ridden.windows = free_response::read(path, ridden.ride)?;
+            }
+        }
+        let validation = self.validation(&run, &ridden)?;
         for held_out in validation.held_out.iter().filter(|h| h.fitted_to) {
             eprintln!(
                 "warning: {}: the model was fitted to this ride; it is not held out",
@@ -50,9 +80,9 @@ impl Validate {
         self.output.json_or(&validation, || words(&validation))
     }
 
-    fn validation(&self, run: &Run, rides: &[Ride]) -> Result<Validation> {
+    fn validation(&self, run: &Run, rides: &[Ridden]) -> Result<Validation> {
         let progress = Progress::new();
-        progress.say("foretelling");
+        progress.say("predicting");
         let mut validation = validate::validate(run, rides)?;
         if !self.formulation.is_empty() {
             let fitted = read_again(run, &self.ride)?;
@@ -72,7 +102,7 @@ fn words(validation: &Validation) -> String {
     if !validation.formulations.is_empty() {
         let _ = writeln!(
             text,
-            "\nformulation     −log L         p     AIC            BIC            held out: {}",
+            "\nformulation     −log L         p     starts  AIC            BIC            held out: {}",
             validation.error_of
         );
     }
@@ -86,9 +116,10 @@ fn words(validation: &Validation) -> String {
         let c = &weighed.criteria;
         let _ = writeln!(
             text,
-            "{name:14}  {:<13.2}  {:<4.1}  {:<13.2}  {:<13.2}  {:.3}{}",
+            "{name:14}  {:<13.2}  {:<4.1}  {:<6}  {:<13.2}  {:<13.2}  {:.3}{}",
             c.minus_log_likelihood,
             c.parameters,
+            c.starts,
             c.aic,
             c.bic,
             weighed.error,
@@ -105,17 +136,31 @@ fn words(validation: &Validation) -> String {
         .find_map(|c| c.weighed.as_ref());
     if let Some(c) = weighed.map(|weighed| &weighed.criteria) {
         let _ = writeln!(text, "n = {:.0}: {}", c.sample, c.sample_of);
+        if c.starts > 0 {
+            let starts = "starts: parameters of the windows' free starts, which count as well";
+            let _ = writeln!(text, "{starts}");
+        }
     }
     text
 }
 
 fn one(held_out: &HeldOut, text: &mut String) {
-    let _ = writeln!(text, "{}", held_out.ride);
-    for renewed in &held_out.renewed {
+    let _ = match &held_out.condition {
+        Some(condition) if !condition.is_empty() => {
+            writeln!(text, "{} ({condition})", held_out.ride)
+        }
+        Some(_) => writeln!(text, "{}", held_out.ride),
+        None => writeln!(
+            text,
+            "{} (of no condition of the fit: its mean where conditions differ)",
+            held_out.ride
+        ),
+    };
+    for value in &held_out.reestimated {
         let _ = writeln!(
             text,
             "  {} {:.4} on this ride, {:.4} in the fit",
-            renewed.name, renewed.value, renewed.fitted
+            value.name, value.value, value.fitted
         );
     }
     if let Some(spectrum) = &held_out.spectrum {
@@ -143,17 +188,21 @@ fn one(held_out: &HeldOut, text: &mut String) {
             100.0 * m.outside
         );
     }
-    for replay in &held_out.replays {
+    for replayed in &held_out.replays {
+        let (replay, white) = (&replayed.replay, &replayed.whiteness);
+        let torque = replayed.torque.as_ref().map_or_else(String::new, |torque| {
+            format!(", with the torque at {:.0} %", 100.0 * torque.outside)
+        });
         let _ = writeln!(
             text,
             "  {:10} fit {:.1} %, variance accounted for {:.3} (median window {:.3}), residual \
-             correlated with itself at {:.0} %, with the torque at {:.0} % of the lags",
+             white with p = {:.2}, correlated with itself at {:.0} %{torque} of the lags",
             replay.channel,
-            replay.fit,
+            replayed.fit,
             replay.variance_accounted_for,
             replay.median_window,
-            100.0 * replay.whiteness.correlations.outside,
-            100.0 * replay.torque.outside
+            white.probability,
+            100.0 * white.correlations.outside,
         );
     }
 }
