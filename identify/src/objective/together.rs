@@ -333,7 +333,14 @@ mod tests {
         let members = vec![member([0.0, 1.0, 2.0], 1), member([5.0, 8.0, 11.0], 0)];
         let together = Together {
             members,
-            priors: vec![None, Some((4.0, 2.0))],
+            priors: vec![
+                None,
+                Some(Known {
+                    mean: 4.0,
+                    deviation: 2.0,
+                    factor: 1.5,
+                }),
+            ],
             factor: 1.5,
         };
         let points = [[0.0, 1.0, 2.0, 3.0], [2.0, -1.0, 0.5, 7.0]];

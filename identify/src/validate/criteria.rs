@@ -104,6 +104,7 @@ mod tests {
         let information = Information {
             curvature: DMatrix::identity(1, 1),
             meat: None,
+            freedom: None,
             factor: 1.0,
         };
         let start = |parameters, observations| Start {

@@ -1,6 +1,6 @@
 #![expect(clippy::unwrap_used, reason = "a failed step is a failed test")]
 use super::*;
-use crate::distribution::chi_square_quantile;
+use crate::distribution::gamma_quantile;
 use crate::free::{Candidate, Free};
 use crate::ride::Ride;
 use crate::solver::{Limits, Search, minimise};
@@ -233,7 +233,7 @@ fn intervals_from_channels_that_one_gust_moves_hold_the_truth_as_often_as_they_s
     println!("{squares:?} {held:?} {claimed:?} {alone:?}");
     for (squares, held) in squares.into_iter().zip(held) {
         // the sum of 100 squares of a standard normal variable, 99.8 % of it, and 95 of 100
-        let range = [0.001, 0.999].map(|p| chi_square_quantile(rides as f64, p));
+        let range = [0.001, 0.999].map(|p| 2.0 * gamma_quantile(0.5 * rides as f64, p));
         assert!((range[0]..range[1]).contains(&squares), "{squares}");
         assert!((87..=100).contains(&held), "{held}");
     }

@@ -15,13 +15,7 @@ use crate::synthesis::Synthesis;
 
 /// A rider on roll and roll rate alone, on the nominal bicycle.
 fn rider() -> Parameters {
-    Parameters {
-        rider_roll_gain: 150.0,
-        rider_roll_rate_gain: 60.0,
-        rider_steer_gain: 0.0,
-        rider_steer_rate_gain: 0.0,
-        ..Parameters::default()
-    }
+    Parameters::default().steered_by_roll(150.0, 60.0)
 }
 
 fn ride(duration: f64) -> Ride {
