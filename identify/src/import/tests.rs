@@ -343,7 +343,7 @@ fn a_map_opens_a_foreign_file() {
     assert_eq!(ride.law_in_loop, Some(true));
     assert_eq!(ride.channel("steer").unwrap(), [-0.03145, -0.03145]);
     assert_eq!(ride.channel("roll").unwrap(), [0.01822, 0.0176]);
-    assert_eq!(ride.channel("steer_torque").unwrap(), [0.01946, 0.02375]);
+    assert_eq!(ride.channel("steer_torque").unwrap(), [-0.01946, -0.02375]);
     assert!((ride.channel("speed").unwrap()[0] - (4.1828 + 0.128) / 1.066).abs() < 1e-14);
     assert_eq!(
         ride.notes,
