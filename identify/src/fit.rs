@@ -84,6 +84,7 @@ pub fn fit(
 ) -> Result<(Problem, Fit)> {
     watch.tell(Event::Phase("reading the rides"));
     let problem = Problem::new(rides, plan)?;
+    problem.check_windows()?;
     problem.check_influence()?;
     let mut work = Work::new(&problem, rides, plan, effort, watch);
     let found = work.search()?;

@@ -45,7 +45,7 @@ pub struct Ridden<'a> {
     pub speed: f64,
     /// Rides of one condition share what is free per condition.
     pub condition: String,
-    /// The windows of `free-response` [samples].
+    /// The windows of `free-response`, and of `time` where they are given [samples].
     pub windows: Vec<Range<usize>>,
 }
 

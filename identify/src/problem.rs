@@ -5,11 +5,11 @@ use crate::error::{Error, Result};
 use crate::free::{Candidate, Variable, limits};
 use crate::model::Model;
 use crate::objective::amplitude::Amplitude;
-use crate::objective::free_response::free_response;
+use crate::objective::free_response::in_windows;
 use crate::objective::frf::Frf;
 use crate::objective::simulated::{Engine, Simulated};
 use crate::objective::spectral::{Measured, Source, Spectral};
-use crate::objective::time::{self, Time};
+use crate::objective::time::{self, Time, Torque};
 use crate::objective::together::{Known, Member, Together};
 use crate::objective::whittle::Whittle;
 use crate::objective::{Information, Objective};
@@ -342,6 +342,24 @@ impl Problem {
         }
     }
 
+    /// Refuses windows too few to tell the scatter of the free parameters between them.
+    pub fn check_windows(&self) -> Result<()> {
+        let Rides::Time(rides) = &self.rides else {
+            return Ok(());
+        };
+        let (found, free) = (windows(rides), self.shared());
+        let longest = rides.members.iter().map(|m| m.landscape.longest());
+        if found > free {
+            return Ok(());
+        }
+        Err(Error::Windows {
+            window: longest.fold(0.0, f64::max),
+            step: rides.members[0].landscape.step(),
+            found,
+            free,
+        })
+    }
+
     /// Refuses a free parameter along which nothing changes at the start.
     pub fn check_influence(&self) -> Result<()> {
         let z = self.start();
@@ -489,21 +507,30 @@ fn build(
     Ok(match resolved.objective {
         Objective::Amplitude => Rides::Amplitude(spectra()?),
         Objective::Whittle => Rides::Whittle(spectra()?),
-        Objective::Time => Rides::Time(together(rides, indices, &priors, factor, |ridden| {
-            let unknowns = resolved.unknowns(ridden, plan);
-            let (ride, cut) = (ridden.ride, (ridden.speed, resolved.window));
-            match plan.model.foreign() {
-                Some(fmu) => Time::of_foreign(fmu, ride, channels, unknowns, cut, noise),
-                None => Time::new(ride, channels, unknowns, plan.formulation, cut, noise),
-            }
-        })?),
-        Objective::FreeResponse => {
+        Objective::Time | Objective::FreeResponse => {
             Rides::Time(together(rides, indices, &priors, factor, |ridden| {
-                free_response(
+                let unknowns = resolved.unknowns(ridden, plan);
+                let torque = match resolved.objective {
+                    Objective::Time if ridden.windows.is_empty() => {
+                        let (ride, cut) = (ridden.ride, (ridden.speed, resolved.window));
+                        return match plan.model.foreign() {
+                            Some(fmu) => {
+                                Time::of_foreign(fmu, ride, channels, unknowns, cut, noise)
+                            }
+                            None => {
+                                Time::new(ride, channels, unknowns, plan.formulation, cut, noise)
+                            }
+                        };
+                    }
+                    Objective::Time => Torque::Recorded,
+                    _ => Torque::Off,
+                };
+                in_windows(
                     ridden.ride,
                     channels,
-                    resolved.unknowns(ridden, plan),
+                    unknowns,
                     plan.formulation,
+                    torque,
                     (ridden.speed, &ridden.windows),
                     noise,
                 )
@@ -551,6 +578,11 @@ fn together<'a, L>(
         priors: priors.to_vec(),
         factor,
     })
+}
+
+/// Number of windows of all rides.
+fn windows(rides: &Together<Time>) -> usize {
+    rides.members.iter().map(|m| m.landscape.windows()).sum()
 }
 
 /// The spectra of `spectra` fitted by amplitude, with the weights of the model at `z`.

@@ -84,7 +84,7 @@ pub struct Recorded {
     pub condition: String,
     /// The bicycle that was ridden.
     pub start: Start,
-    /// The windows of `free-response`: first sample, sample behind the last.
+    /// The windows that were given: first sample, sample behind the last.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub windows: Vec<Range<usize>>,
 }

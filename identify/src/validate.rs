@@ -10,7 +10,7 @@ use crate::bicycles::formulation;
 use crate::effort::Effort;
 use crate::error::{Error, Result};
 use crate::fit::{Fit, fit};
-use crate::free::{Variable, has};
+use crate::free::{Scope, Variable, has};
 use crate::objective::Objective;
 use crate::objective::time::Time;
 use crate::objective::whittle::Whittle;
@@ -279,7 +279,10 @@ fn held_out(plan: &Plan, fit: &Fit, ridden: &Ridden, run: &Run) -> Result<HeldOu
         .collect::<Result<_>>()?;
     let start = problem.at(&values);
     let held: Vec<usize> = (0..start.len())
-        .filter(|&i| !problem.variables[i].free.nuisance())
+        .filter(|&i| {
+            let free = &problem.variables[i].free;
+            !free.nuisance() || free.scope == Scope::Shared
+        })
         .collect();
     let point = problem
         .search(&start, &held, &Watch::default())?

@@ -1,78 +1,166 @@
-//! The main job on a real recording: the Delft steer-by-wire bicycle on a treadmill.
+//! The main job on real recordings: the Delft steer-by-wire bicycle on a treadmill, riderless,
+//! its motor steering into the lean.
 
 use crate::wobble::{data, json};
+use serde_json::Value;
+use std::path::{Path, PathBuf};
 
-/// Torque gains as uncertain as the friction, and sensors with offsets: no formulation explains
-/// this bicycle's rides to the noise of its sensors. The fit must end and say so; the search, along
-/// a valley that leads nowhere, is cut short.
-#[test]
-fn a_recorded_ride_is_fitted_and_its_misfit_told() {
-    let Some(data) = data() else { return };
-    let ride = data.join("sbw-delft/bode_normal_4mps_1.1Hz.csv");
+/// Runs in which a hand drove the steering with a sine of so many hertz, every second one.
+const FITTED: [&str; 7] = ["1.0", "1.2", "1.5", "1.8", "2.05", "2.6", "3.0"];
+/// Those between.
+const HELD_OUT: [&str; 6] = ["1.1", "1.4", "1.6", "1.9", "2.4", "2.8"];
+
+/// The stretches in which the hand drove; in the rest of a run the bicycle rolls, is pushed back
+/// to the middle of the treadmill, or stands.
+fn driven() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("data/delft_driven_windows.csv")
+}
+
+/// The files of the driven runs at `frequencies` [Hz], as arguments.
+fn runs(data: &Path, frequencies: &[&str]) -> String {
+    let file = |f: &&str| data.join(format!("sbw-delft/bode_normal_4mps_{f}Hz.csv"));
+    let files: Vec<String> = frequencies
+        .iter()
+        .map(|f| file(f).display().to_string())
+        .collect();
+    files.join(" ")
+}
+
+/// The free responses at 3, 4 and 5 m/s fitted with `more` arguments.
+fn free_responses(data: &Path, more: &str) -> Value {
     let folder = tempfile::tempdir().expect("a folder");
+    let delft = data.join("sbw-delft");
+    let file = |speed| delft.join(format!("eigen_normal_sil6.5n2_{speed}kph.csv"));
     let call = format!(
-        "fit {} --map sbw-delft --bicycle sbw-delft --max-iterations 15 --json --report report.html",
-        ride.display()
+        "fit {} {} {} --map sbw-delft --bicycle sbw-delft --objective free-response --windows {} \
+         --json {more}",
+        file("10.8").display(),
+        file("14.4").display(),
+        file("18").display(),
+        delft.join("impulse_windows.csv").display()
+    );
+    let fit = json(folder.path(), &call);
+    assert_eq!(fit["converged"], true, "{}", fit["termination"]);
+    fit
+}
+
+/// The row of a fit called `name`.
+fn estimate<'a>(fit: &'a Value, name: &str) -> &'a Value {
+    let rows = fit["parameters"].as_array().expect("rows");
+    let row = rows.iter().find(|row| row["name"] == name);
+    row.unwrap_or_else(|| panic!("no {name} in {fit}"))
+}
+
+fn number(value: &Value) -> f64 {
+    value
+        .as_f64()
+        .unwrap_or_else(|| panic!("{value}: a number"))
+}
+
+#[test]
+fn free_responses_tell_the_friction_of_the_steering() {
+    let Some(data) = data() else { return };
+    let fit = free_responses(&data, "--formulation whipple");
+    let friction = estimate(&fit, "viscous_friction");
+    let (value, error) = (number(&friction["value"]), number(&friction["std_error"]));
+    assert!((0.15..=0.30).contains(&value), "{friction}");
+    assert!(value > 3.0 * error, "{friction}");
+    for ride in fit["explained"].as_array().expect("rides") {
+        for replay in ride["replays"].as_array().expect("channels") {
+            // as much as is asked of driven runs
+            let explained = number(&replay["variance_accounted_for"]);
+            assert!(explained > 0.80, "{replay}");
+        }
+    }
+}
+
+/// Tyres slip as friction rubs: what a fit finds of the friction hangs on the tyres that it holds,
+/// here at both ends of what was measured of such tyres. Sought together the two are told apart
+/// (their correlation stays within ±.7), each as part of the nearest of bicycles that do not
+/// describe the rides: no verdict names the trade.
+#[test]
+fn with_slip_the_friction_hangs_on_the_tyres() {
+    let Some(data) = data() else { return };
+    let [soft, stiff] = [8.0, 18.0].map(|stiffness| {
+        let call = format!(
+            "--formulation whipple_slip --noise steer=0.004 --noise roll_rate=0.03 --set \
+             cornering_stiffness={stiffness} --set rear_cornering_stiffness={stiffness}"
+        );
+        let friction = estimate(&free_responses(&data, &call), "viscous_friction").clone();
+        (number(&friction["value"]), number(&friction["std_error"]))
+    });
+    let error = soft.1.max(stiff.1);
+    assert!(soft.0 - stiff.0 > 3.0 * error, "{soft:?} {stiff:?}");
+}
+
+/// Gains of the hand's sensor and of the motor are as uncertain as the friction.
+#[test]
+fn half_of_the_driven_runs_foretells_the_others() {
+    let Some(data) = data() else { return };
+    let folder = tempfile::tempdir().expect("a folder");
+    let windows = driven();
+    let call = format!(
+        "fit {} --map sbw-delft --bicycle sbw-delft --windows {} --channels steer,roll_rate --free \
+         viscous_friction,torque_gain,rider_roll_rate_gain --shared torque_gain --tie \
+         rider_roll_rate_gain_slope=rider_roll_rate_gain -o fit.json --json",
+        runs(&data, &FITTED),
+        windows.display()
     );
     let fit = json(folder.path(), &call);
     assert_eq!(fit["objective"], "time");
     assert_eq!(fit["rides"][0]["start"]["law_in_loop"], true);
-    // its wheels do not slip: friction alone is sought
-    assert_eq!(fit["parameters"].as_array().expect("rows").len(), 2);
-    let misfit = fit["misfit"].as_f64().expect("a number");
-    assert!(
-        misfit > 1.5,
-        "the model explains the Delft bicycle? {misfit}"
-    );
-    // the paper's equations explain the same ride worse
-    let lumped = json(folder.path(), &format!("{call} --formulation repaired"));
-    assert!(lumped["misfit"].as_f64().expect("a number") > 2.0 * misfit);
-    let replays = &fit["explained"][0]["replays"];
-    for replay in replays.as_array().expect("channels") {
-        assert!(replay["variance_accounted_for"].is_f64(), "{replay}");
-    }
-    // a model that does not describe the ride determines nothing of it
+    assert_eq!(fit["converged"], true, "{}", fit["termination"]);
     for row in fit["parameters"].as_array().expect("rows") {
-        assert_eq!(row["verdict"], "not determined", "{row}");
+        assert_eq!(row["at_bound"], false, "{row}");
     }
-    let report = std::fs::read_to_string(folder.path().join("report.html")).expect("written");
-    assert!(report.contains("bode_normal_4mps_1.1Hz.csv"));
+    let call = format!(
+        "validate fit.json {} --map sbw-delft --windows {} --json",
+        runs(&data, &HELD_OUT),
+        windows.display()
+    );
+    let validation = json(folder.path(), &call);
+    let rides = validation["held_out"].as_array().expect("rides");
+    assert_eq!(rides.len(), HELD_OUT.len());
+    for ride in rides {
+        // nothing but the windows' starts is sought on a held-out ride
+        assert_eq!(
+            ride["reestimated"].as_array().map(Vec::len),
+            Some(0),
+            "{ride}"
+        );
+    }
+    for (channel, least) in [("steer", 0.85), ("roll_rate", 0.80)] {
+        let mut medians: Vec<f64> = rides
+            .iter()
+            .map(|ride| {
+                let replays = ride["replays"].as_array().expect("channels");
+                let replay = replays.iter().find(|r| r["channel"] == channel);
+                number(&replay.expect("the channel")["median_window"])
+            })
+            .collect();
+        medians.sort_by(f64::total_cmp);
+        // of six rides the third: four are as good or better
+        assert!(medians[2] >= least, "{channel}: {medians:?}");
+    }
 }
 
-/// Every run of the set can be read with its map, and its known flaws are found.
 #[test]
-fn every_recorded_run_is_read_and_standstill_found_where_it_is() {
+fn the_paper_explains_a_driven_run_worse_and_neither_to_the_noise() {
     let Some(data) = data() else { return };
     let folder = tempfile::tempdir().expect("a folder");
-    let mut runs = 0;
-    for entry in std::fs::read_dir(data.join("sbw-delft")).expect("the data set") {
-        let path = entry.expect("an entry").path();
-        let name = path
-            .file_name()
-            .and_then(|n| n.to_str())
-            .unwrap_or_default()
-            .to_owned();
-        if !(name.starts_with("bode") || name.starts_with("eigen")) {
-            continue;
-        }
-        runs += 1;
-        let found = json(
-            folder.path(),
-            &format!("inspect {} --map sbw-delft --json", path.display()),
-        );
-        let stands = found["findings"]
-            .as_array()
-            .expect("findings")
-            .iter()
-            .any(|finding| finding.to_string().contains("standstill"));
-        let known = [
-            "4mps_1.2Hz",
-            "4mps_2.6Hz",
-            "4mps_3.0Hz",
-            "normal_sil6.5n2_7.2kph",
-            "mm_sil6.5n2_5.4kph",
-        ];
-        assert_eq!(stands, known.iter().any(|k| name.contains(k)), "{name}");
-    }
-    assert!(runs > 20, "{runs} runs");
+    let call = format!(
+        "fit {} --times 7.9:12.2 --map sbw-delft --bicycle sbw-delft --free \
+         viscous_friction,torque_gain --json --report report.html",
+        runs(&data, &["1.1"]),
+    );
+    let fit = json(folder.path(), &call);
+    assert_eq!(fit["converged"], true, "{}", fit["termination"]);
+    assert!(number(&fit["misfit"]) > 1.5, "{}", fit["misfit"]);
+    let lumped = json(folder.path(), &format!("{call} --formulation repaired"));
+    assert!(
+        number(&lumped["misfit"]) > number(&fit["misfit"]),
+        "{lumped}"
+    );
+    let report = std::fs::read_to_string(folder.path().join("report.html")).expect("written");
+    assert!(report.contains("bode_normal_4mps_1.1Hz.csv"));
 }

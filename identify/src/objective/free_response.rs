@@ -1,6 +1,7 @@
 //! `free-response`: windows, given, in which the bicycle was left to itself, each replayed from a
 //! free initial state without the recorded torque; a steering law stays closed on the simulated
-//! state. Otherwise as [`super::time`]: windows may differ in length.
+//! state. Otherwise as [`super::time`], which may have its windows given as well: the stretches in
+//! which a hand drove the steering, say. Windows may differ in length.
 //!
 //! Schwab & Kooijman 2008 took eigenvalues from such responses to pulses of the hand one by one;
 //! here all windows of all rides are answers of one bicycle.
@@ -79,29 +80,37 @@ pub fn parse(file: &str, text: &str, ride: &Ride) -> Result<Vec<Range<usize>>> {
         };
         windows.push(index(number(start)?)..index(number(stop)?));
     }
+    if windows.is_empty() {
+        return Err(Error::WindowFile {
+            file: file.into(),
+            row: 1,
+            cause: format!("expected windows of {ride_file}, found none"),
+        });
+    }
     Ok(windows)
 }
 
-/// The landscape of `windows` [samples] of a ride, at `speed` [m/s] where it does not say.
-/// Contradictory windows are refused: the wrong way round, too short, outside the ride,
-/// overlapping another, or over a standstill.
-pub fn free_response(
+/// The landscape of `windows` [samples] of a ride, at `speed` [m/s] where it does not say, with its
+/// `torque` as recorded or none. Contradictory windows are refused: the wrong way round, too short,
+/// outside the ride, overlapping another, or over a standstill.
+pub fn in_windows(
     ride: &Ride,
     channels: &[&'static str],
     unknowns: Unknowns,
     formulation: Formulation,
+    torque: Torque,
     (speed, windows): (f64, &[Range<usize>]),
     noise: Option<&[f64]>,
 ) -> Result<Time> {
     check(ride, windows)?;
     let free = unknowns.free.len();
-    let uncut = Time::uncut(ride, channels, unknowns, formulation, speed, Torque::Off)?;
+    let uncut = Time::uncut(ride, channels, unknowns, formulation, speed, torque)?;
     let shortest = windows
         .iter()
         .map(ExactSizeIterator::len)
         .min()
         .unwrap_or(0);
-    if windows.len() < free + 1 || shortest <= uncut.order() {
+    if shortest <= uncut.order() {
         return Err(Error::Windows {
             window: shortest as f64 * ride.step(),
             step: ride.step(),

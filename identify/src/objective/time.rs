@@ -113,7 +113,7 @@ impl Time {
         )?;
         // a window too long says more than too few of them
         uncut.check_growth(window, ride.mean_speed(speed))?;
-        if found < free + 1 {
+        if found == 0 {
             return Err(Error::Windows {
                 window,
                 step: ride.step(),
@@ -218,6 +218,17 @@ impl Time {
     /// Number of windows.
     pub fn windows(&self) -> usize {
         self.windows.len()
+    }
+
+    /// Length of the longest window [s].
+    pub fn longest(&self) -> f64 {
+        let samples = self.windows.iter().map(ExactSizeIterator::len).max();
+        samples.unwrap_or(0) as f64 * self.step
+    }
+
+    /// Step of the record [s].
+    pub fn step(&self) -> f64 {
+        self.step
     }
 
     /// The windows, in samples.

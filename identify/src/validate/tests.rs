@@ -129,6 +129,77 @@ fn windows_of_another_ride_are_replayed() {
 }
 
 #[test]
+fn given_windows_are_replayed_under_the_gain_that_rides_share() {
+    // three rides of few windows each, whose torque was recorded with a gain of .8; a fit needs
+    // more windows than parameters of all of them, not of each
+    let rides: Vec<Ride> = (1..=3)
+        .map(|seed| {
+            let mut ride = ride(&rider(), 1.2, 3.0, seed);
+            let torque = ride.channel("steer_torque").unwrap();
+            let torque = torque.iter().map(|t| 0.8 * t).collect();
+            ride.insert("steer_torque", torque).unwrap();
+            ride
+        })
+        .collect();
+    let windows = vec![100..200, 350..430];
+    let free = ["viscous_friction", "torque_gain"];
+    let plan = Plan {
+        parameters: rider(),
+        objective: Some(Objective::Time),
+        free: Some(free.iter().map(|name| Free::new(name).unwrap()).collect()),
+        changes: vec![("torque_gain", Change::Scope(Scope::Shared))],
+        ..Plan::default()
+    };
+    let ridden = |ride| Ridden {
+        windows: windows.clone(),
+        ..plan.ridden(ride)
+    };
+    let fitted: Vec<_> = rides[..2].iter().map(ridden).collect();
+    let (effort, watch) = (Effort::default(), Watch::default());
+    let (problem, fit) = fit(&fitted, &plan, &effort, &watch).unwrap();
+    let gain = fit.estimate("torque_gain").unwrap();
+    let error = gain.std_error.unwrap();
+    // four windows: Student's t at 1 % of two degrees of freedom is 10 standard errors
+    assert!((gain.value - 0.8).abs() < 10.0 * error, "{gain:?}");
+    assert!((gain.value - 0.8).abs() < 0.1, "{gain:?}");
+    let too_few = fit_of_one(&ridden(&rides[0]), &plan);
+    assert!(too_few.contains("found 1 windows"), "{too_few}");
+
+    let recorded =
+        |ridden: &Ridden| Recorded::new(Source::of(ridden.ride), "nominal", ridden, &plan);
+    let run = Run::new(
+        fitted.iter().map(recorded).collect(),
+        &plan,
+        &problem,
+        1,
+        fit,
+    );
+    let in_windows = |windows| {
+        let whole = unfitted(&run, &rides[2], None).unwrap();
+        super::validate(&run, &[Ridden { windows, ..whole }])
+    };
+    let held_out = &in_windows(windows.clone()).unwrap().held_out[0];
+    assert_eq!(held_out.reestimated, []);
+    for Replayed { replay, .. } in &held_out.replays {
+        // encoder and gyroscope noise is all that is left
+        assert!(replay.median_window > 0.9, "{replay:?}");
+    }
+    // a window behind the ride's end is not cut out of it but refused
+    let refused = in_windows(vec![500..700]).unwrap_err().to_string();
+    assert!(refused.contains("found 2.5 to 3.5 s"), "{refused}");
+}
+
+/// Why one window of `ridden` cannot be fitted.
+fn fit_of_one(ridden: &Ridden, plan: &Plan) -> String {
+    let one = Ridden {
+        windows: ridden.windows[..1].to_vec(),
+        ..ridden.clone()
+    };
+    let refused = fit(&[one], plan, &Effort::default(), &Watch::default());
+    refused.map(drop).unwrap_err().to_string()
+}
+
+#[test]
 fn the_formulation_that_made_the_rides_is_preferred_and_predicts_best() {
     let own = [ride(&rider(), 1.2, 24.0, 1)];
     let other = [ride(&rider(), 1.2, 24.0, 2)];

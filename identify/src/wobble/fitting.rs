@@ -78,9 +78,9 @@ pub struct Fit {
     /// Length of a window: of time, else 0.5s, of frf, else 10s
     #[arg(long, value_name = "TIME")]
     window: Option<String>,
-    /// Windows of free-response: CSV with columns start, stop (s) or start_sample, stop_sample, and
-    /// where there are several rides, file
-    #[arg(long, value_name = "FILE")]
+    /// Windows of free-response, and of time in place of the whole ride: CSV with columns start,
+    /// stop (s) or start_sample, stop_sample, and where there are several rides, file
+    #[arg(long, value_name = "FILE", conflicts_with = "window")]
     windows: Option<PathBuf>,
     /// Most iterations of a search
     #[arg(long, default_value_t = 100)]
