@@ -37,7 +37,7 @@ use crate::bicycles::{Bicycle, FORMULATION};
 use crate::error::{Error, Result};
 use crate::file;
 use crate::free::{Free, Tie};
-use crate::objective::simulated::{Coefficients, Job, Record};
+use crate::objective::simulated::{Coefficients, Job, Record, WIDTH};
 use bicycle::{Parameters, State};
 use described::{Described, Written};
 use fmi_import::{Archive, Fmu};
@@ -166,11 +166,7 @@ impl Foreign {
     /// Refuses the row `name` of the bicycle's table where the FMU has no counterpart of it, and its
     /// formulation, which is its own.
     pub fn check_row(&self, name: &str) -> Result<()> {
-        // where it is free, it is the FMU's viscous friction
-        let row = match name {
-            "effective_damping" => "viscous_friction",
-            name => name,
-        };
+        let row = counterpart(name);
         let known = self.described.parameters.iter();
         let known = known.map(|(row, _)| Parameters::TABLE[*row].name);
         let ours = Parameters::index(row).is_some() || row == FORMULATION;
@@ -178,6 +174,22 @@ impl Foreign {
             return Err(Error::unknown("parameter of the FMU", row, known));
         }
         Ok(())
+    }
+
+    /// `free` within what the FMU takes, a difference quotient's width inside.
+    pub fn within(&self, free: Free) -> Result<Free> {
+        let row = Parameters::index(counterpart(free.row.name));
+        let mut known = self.described.parameters.iter();
+        let Some((_, own)) = known.find(|(own, _)| Some(*own) == row) else {
+            return Ok(free);
+        };
+        let (low, high) = own.range();
+        let lower = free.lower.max(free.value(free.variable(low) + WIDTH));
+        let upper = free.upper.min(free.value(free.variable(high) - WIDTH));
+        if (lower, upper) == (free.lower, free.upper) {
+            return Ok(free);
+        }
+        free.within(lower, upper)
     }
 
     /// How many rows of the state it can start from: the first ones of the table, roll and steer
@@ -222,5 +234,13 @@ impl Foreign {
         requests: Vec<Request>,
     ) -> Vec<Result<Vec<Vec<f64>>>> {
         self.runner.ride(channels, requests)
+    }
+}
+
+/// The row that stands for `name` in an FMU: a free effective damping is its viscous friction.
+fn counterpart(name: &str) -> &str {
+    match name {
+        "effective_damping" => "viscous_friction",
+        name => name,
     }
 }

@@ -280,6 +280,10 @@ pub fn resolve(rides: &[Ridden], plan: &Plan) -> Result<Resolved> {
     plan.model.check(objective)?;
     if let Some(fmu) = plan.model.foreign() {
         fmu.check(&free, &plan.ties, &channels)?;
+        free = free
+            .into_iter()
+            .map(|free| fmu.within(free))
+            .collect::<Result<_>>()?;
     }
     check_friction(&free, objective)?;
     check_ties(&free, plan, rides)?;

@@ -52,6 +52,8 @@ pub(super) struct Counterpart {
     factor: f64,
     offset: f64,
     start: Option<f64>,
+    /// Its own numbers that it takes.
+    range: (f64, f64),
 }
 
 impl Counterpart {
@@ -63,6 +65,12 @@ impl Counterpart {
     /// What the FMU's own number means [SI].
     pub fn si(&self, own: f64) -> f64 {
         self.factor * own + self.offset
+    }
+
+    /// Least and largest value it takes [SI].
+    pub fn range(&self) -> (f64, f64) {
+        let (a, b) = (self.si(self.range.0), self.si(self.range.1));
+        (a.min(b), a.max(b))
     }
 
     /// What the FMU starts with [SI], if it says.
@@ -292,6 +300,10 @@ impl Variables<'_> {
                 Some(Value::Real(start)) => Some(start),
                 _ => None,
             },
+            range: (
+                row.min.unwrap_or(f64::NEG_INFINITY),
+                row.max.unwrap_or(f64::INFINITY),
+            ),
         })
     }
 

@@ -20,6 +20,10 @@ use nalgebra::{Complex, DMatrix, DVector};
 use rand_distr::{Distribution, StandardNormal};
 use std::borrow::Cow;
 
+/// Half of the width over which simulations are differenced, in variables of the search: curvature
+/// leaves some 1e-6 of a slope, and a smoothed jump is not felt as a kink.
+pub(crate) const WIDTH: f64 = 1e-3;
+
 /// Who rides.
 #[derive(Debug, Clone)]
 pub enum Engine {
@@ -175,14 +179,13 @@ impl Simulated {
             Engine::Foreign(foreign) => foreign.spectra(&self.record, &jobs),
         };
         let mut ridden = ridden.into_iter();
-        settings
-            .iter()
-            .map(|_| self.mean(ridden.by_ref().take(self.seeds)))
-            .collect()
+        let own = |_: &Setting| ridden.by_ref().take(self.seeds).collect();
+        let own: Vec<Vec<_>> = settings.iter().map(own).collect();
+        own.into_iter().map(|rides| self.mean(rides)).collect()
     }
 
     /// The mean cross-powers of the rides of one setting.
-    fn mean(&self, rides: impl Iterator<Item = Result<Coefficients>>) -> Result<Vec<Bin>> {
+    fn mean(&self, rides: Vec<Result<Coefficients>>) -> Result<Vec<Bin>> {
         let n = self.record.channels.len();
         let bins = self.record.analysis.frequencies().len();
         let mut mean = vec![DMatrix::zeros(n, n); bins];
@@ -245,11 +248,9 @@ impl Simulated {
         z: &DVector<f64>,
         setting: impl Fn(&DVector<f64>) -> Setting,
     ) -> Result<Expansion> {
-        // curvature leaves some 1e-6 of a slope, and a smoothed jump is not felt as a kink
-        const H: f64 = 1e-3;
         let mut settings = vec![setting(z)];
         for i in 0..z.len() {
-            for h in [H, -H] {
+            for h in [WIDTH, -WIDTH] {
                 let mut moved = z.clone();
                 moved[i] += h;
                 settings.push(setting(&moved));
@@ -258,7 +259,7 @@ impl Simulated {
         let mut spectra = self.spectra(&settings).into_iter();
         let mut next = || spectra.next().expect("one a setting");
         let expected = next()?;
-        let slope = |(up, down): (Bin, Bin)| (up - down) / Complex::from(2.0 * H);
+        let slope = |(up, down): (Bin, Bin)| (up - down) / Complex::from(2.0 * WIDTH);
         let slopes = (0..z.len())
             .map(|_| Ok(next()?.into_iter().zip(next()?).map(slope).collect()))
             .collect::<Result<_>>()?;

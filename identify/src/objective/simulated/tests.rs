@@ -137,7 +137,9 @@ fn lanes_ride_as_the_reference_does() {
 #[test]
 fn a_candidate_rides_the_same_whoever_rides_beside_it() {
     let (rides, _) = simulated(Formulation::Repaired, &["steer"], 6.0, 5);
-    let settings = [0.5, 1.0, 60.0, 1.5].map(|intensity| (rider(), drive(intensity)));
+    let mut settings = [0.5, 1.0, 60.0, 1.5, 0.8].map(|intensity| (rider(), drive(intensity)));
+    // nobody rides at a standstill
+    settings[1].1.speed = 0.0;
     let together = rides.spectra(&settings);
     for (setting, together) in settings.iter().zip(together) {
         let alone = rides.spectra(std::slice::from_ref(setting)).pop().unwrap();

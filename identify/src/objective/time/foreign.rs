@@ -5,6 +5,7 @@ use super::{Time, Torque, windows};
 use crate::error::{Error, Result};
 use crate::foreign::{Foreign, Request};
 use crate::objective::Unknowns;
+use crate::objective::simulated::WIDTH;
 use crate::ride::Ride;
 use bicycle::{Formulation, State};
 use nalgebra::{DMatrix, DVector};
@@ -13,9 +14,7 @@ use nalgebra::{DMatrix, DVector};
 /// start grow in an FMU, and .5 s is what serves a bicycle at riding speeds.
 const IMMEDIATE: f64 = 0.5;
 
-/// Half of the widths over which an FMU is differenced: of a free variable, which counts in its
-/// nominal value, and of a start \[rad, rad/s\]. Curvature leaves 1e-6 of a slope.
-const FREE: f64 = 1e-3;
+/// Half of the width over which the start of a window is differenced \[rad, rad/s\].
 const START: f64 = 1e-4;
 
 impl Time {
@@ -121,7 +120,7 @@ impl Time {
         let n = p + self.order;
         let shared = z.rows(0, p).into_owned();
         let starts = z.as_slice()[p..].chunks(self.order);
-        let half = |i: usize| if i < p { FREE } else { START };
+        let half = |i: usize| if i < p { WIDTH } else { START };
         // of each window itself and both sides of each of its variables
         let mut points = Vec::new();
         for (w, own) in starts.enumerate() {
