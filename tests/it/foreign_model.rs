@@ -235,7 +235,7 @@ fn what_it_lacks_is_named() {
         "{message}"
     );
     let message = misspelt("[inputs]\nsteer_torque = \"trail\"");
-    assert!(message.contains("steer_torque"), "{message}");
+    assert!(message.contains("trail") && message.contains("N.m"), "{message}");
     let message = misspelt("[inputs]\nspeed = \"steer_torque\"");
     assert!(message.contains("m/s"), "{message}");
     let message = misspelt("speed = 3");
