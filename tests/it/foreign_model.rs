@@ -54,9 +54,9 @@ fn seeds(count: usize) -> Seeds {
     }
 }
 
-fn plan(parameters: Parameters, model: Model) -> Plan {
+fn plan(parameters: &Parameters, model: Model) -> Plan {
     Plan {
-        parameters,
+        parameters: *parameters,
         objective: Some(Objective::Amplitude),
         model,
         ..Plan::default()
@@ -91,7 +91,7 @@ fn it_costs_what_the_same_equations_cost_natively() {
         Model::Foreign(foreign.clone(), seeds(3)),
     ]
     .map(|model| {
-        let plan = plan(parameters, model);
+        let plan = plan(&parameters, model);
         let problem = Problem::new(&[plan.ridden(&ride)], &plan).expect("a problem");
         let start = problem.start();
         let points = [start.clone(), start.map(|z| 0.9 * z + 0.02)];
@@ -114,7 +114,7 @@ fn a_fit_by_it_recovers_what_made_the_ride() {
     let folder = folder("");
     let foreign = open(&folder);
     let model = Model::Foreign(foreign.clone(), seeds(8));
-    let fit = fitted(&ride(16.0, false), &plan(rider(), model));
+    let fit = fitted(&ride(16.0, false), &plan(&rider(), model));
     assert!(fit.converged, "{}", fit.termination);
     // √(2/π) .15/.21 + .3: the Coulomb friction at the steer rate of this ride is some .5 rad/s
     for (name, truth) in [("effective_damping", 0.53), ("remnant_intensity", 1.2)] {
@@ -142,7 +142,7 @@ fn a_fit_by_it_recovers_what_made_the_ride() {
 fn a_fall_is_a_failed_simulation_and_no_end() {
     let folder = folder("");
     let foreign = open(&folder);
-    let plan = plan(rider(), Model::Foreign(foreign.clone(), seeds(2)));
+    let plan = plan(&rider(), Model::Foreign(foreign.clone(), seeds(2)));
     let ride = ride(6.0, false);
     let problem = Problem::new(&[plan.ridden(&ride)], &plan).expect("a problem");
     let z = problem.start();
@@ -167,7 +167,7 @@ fn our_rider_rides_an_fmu_without_one() {
     let without = folder(&format!("step = \"1ms\"\nrider = true\n[set]\n{off}"));
     let ride = ride(8.0, false);
     let [inside, outside] = [ours, without].map(|folder| {
-        let plan = plan(rider(), Model::Foreign(open(&folder), seeds(2)));
+        let plan = plan(&rider(), Model::Foreign(open(&folder), seeds(2)));
         let problem = Problem::new(&[plan.ridden(&ride)], &plan).expect("a problem");
         let Rides::Amplitude(spectra) = &problem.rides else {
             panic!("amplitude")
@@ -235,7 +235,10 @@ fn what_it_lacks_is_named() {
         "{message}"
     );
     let message = misspelt("[inputs]\nsteer_torque = \"trail\"");
-    assert!(message.contains("trail") && message.contains("N.m"), "{message}");
+    assert!(
+        message.contains("trail") && message.contains("N.m"),
+        "{message}"
+    );
     let message = misspelt("[inputs]\nspeed = \"steer_torque\"");
     assert!(message.contains("m/s"), "{message}");
     let message = misspelt("speed = 3");

@@ -125,6 +125,8 @@ pub struct Simulated {
     /// What samples add to coefficients: [`Analysis::weights`].
     weights: Vec<[f64; 2]>,
     noise: Vec<f64>,
+    /// What white noise of density 1 adds to each bin.
+    white: Vec<f64>,
     seeds: usize,
 }
 
@@ -151,6 +153,7 @@ impl Simulated {
         Ok(Self {
             weights: analysis.weights(),
             noise: measured.noise.clone(),
+            white: measured.kernel.white.clone(),
             record: Record {
                 channels: measured.channels.clone(),
                 states: measured.states.clone(),
@@ -225,9 +228,9 @@ impl Simulated {
                 first,
             });
         }
-        for bin in &mut mean {
+        for (bin, white) in mean.iter_mut().zip(&self.white) {
             for (i, deviation) in self.noise.iter().enumerate() {
-                bin[(i, i)] += deviation * deviation * self.record.step;
+                bin[(i, i)] += deviation * deviation * self.record.step * white;
             }
         }
         Ok(mean)

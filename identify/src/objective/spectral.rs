@@ -37,7 +37,7 @@ pub struct Measured {
     pub lines: Vec<LineMotion>,
     /// Rows of the state behind the channels.
     pub(super) states: Vec<usize>,
-    kernel: Arc<Kernel>,
+    pub(super) kernel: Arc<Kernel>,
 }
 
 impl Measured {

@@ -185,7 +185,9 @@ fn given_windows_are_replayed_under_the_gain_that_rides_share() {
         assert!(replay.median_window > 0.9, "{replay:?}");
     }
     // a window behind the ride's end is not cut out of it but refused
-    let refused = in_windows(vec![100..200, 500..700]).unwrap_err().to_string();
+    let refused = in_windows(vec![100..200, 500..700])
+        .unwrap_err()
+        .to_string();
     assert!(refused.contains("found 2.5 to 3.5 s"), "{refused}");
 }
 

@@ -70,7 +70,7 @@ fn simulated_spectra_are_the_linearised_ones() {
     let (rides, measured) = simulated(Formulation::Repaired, &["steer"], 24.0, 384);
     let frequencies = measured.analysis.frequencies();
     let mut found = Vec::new();
-    for intensity in [0.3, 0.4, 0.8, 1.2, 2.0, 2.8] {
+    for intensity in [0.36, 0.5, 0.8, 1.2, 1.6, 2.2] {
         let setting = (rider(), drive(intensity));
         let closed_loop = ClosedLoop::new(&setting.0, Formulation::Repaired, &setting.1).unwrap();
         let kernel = measured.analysis.kernel();
@@ -90,7 +90,10 @@ fn simulated_spectra_are_the_linearised_ones() {
         let average = ratios.iter().sum::<f64>() / 3.0;
         assert!((average - 1.0).abs() < 0.04, "{steering}°: {found:?}");
     }
-    assert!(found[0].0 < 1.2 && found[5].0 > 7.0, "{found:?}");
+    assert!(
+        found[0].0 < 1.3 && found[5].0 > 7.0,
+        "hardly the range: {found:?}"
+    );
 }
 
 /// Both methods are within 1.4e-4 rad of the exact ride: of a steering of some 3e-2 rad half a
