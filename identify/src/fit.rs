@@ -1,5 +1,6 @@
 //! A fit: rides, one objective, some free parameters → values, uncertainty, verdicts.
 
+mod leaning;
 mod notes;
 
 use crate::effort::{Effort, Further, Work};
@@ -126,6 +127,8 @@ pub fn judged(problem: &Problem, found: &Found, plan: &Plan) -> Result<Fit> {
     let mut notes = notes::notes(problem, &outcome.point, plan)?;
     let free: Vec<Free> = problem.variables.iter().map(|v| v.free).collect();
     notes.extend(left_alone(&free, plan));
+    let leaning = leaning::lean(problem, &outcome.point, plan, &mut parameters)?;
+    notes.extend(leaning);
     Ok(Fit {
         objective: problem.objective,
         channels: problem.channels.iter().map(|c| (*c).to_owned()).collect(),

@@ -74,20 +74,34 @@ fn free_responses_tell_the_friction_of_the_steering() {
     }
 }
 
-/// Tyres slip as friction rubs: what a fit finds of the friction hangs on the tyres that it holds,
-/// here at both ends of what was measured of such tyres. Sought together the two are told apart
-/// (their correlation stays within ±.7), each as part of the nearest of bicycles that do not
-/// describe the rides: no verdict names the trade.
+/// Tyres slip as friction rubs. Sought together the two are told apart, as part of the nearest of
+/// bicycles that do not describe the rides (their correlation stays within ±.7); with the tyres held
+/// the friction hangs on them, and its verdict says so. It does: at both ends of what was measured of
+/// such tyres the friction is another.
 #[test]
-fn with_slip_the_friction_hangs_on_the_tyres() {
+fn with_slip_the_friction_trades_against_the_tyres() {
     let Some(data) = data() else { return };
+    let friction = |more: &str| {
+        let call = "--formulation whipple_slip --noise steer=0.004 --noise roll_rate=0.03";
+        estimate(
+            &free_responses(&data, &format!("{call} {more}")),
+            "viscous_friction",
+        )
+        .clone()
+    };
+    let named = &friction("")["trades_against"];
+    let names: Vec<_> = named.as_array().expect("names").iter().collect();
+    assert!(
+        names.iter().any(|name| name
+            .as_str()
+            .is_some_and(|n| n.contains("cornering_stiffness"))),
+        "{names:?}"
+    );
     let [soft, stiff] = [8.0, 18.0].map(|stiffness| {
-        let call = format!(
-            "--formulation whipple_slip --noise steer=0.004 --noise roll_rate=0.03 --set \
-             cornering_stiffness={stiffness} --set rear_cornering_stiffness={stiffness}"
-        );
-        let friction = estimate(&free_responses(&data, &call), "viscous_friction").clone();
-        (number(&friction["value"]), number(&friction["std_error"]))
+        let row = friction(&format!(
+            "--set cornering_stiffness={stiffness} --set rear_cornering_stiffness={stiffness}"
+        ));
+        (number(&row["value"]), number(&row["std_error"]))
     });
     let error = soft.1.max(stiff.1);
     assert!(soft.0 - stiff.0 > 3.0 * error, "{soft:?} {stiff:?}");
@@ -95,7 +109,7 @@ fn with_slip_the_friction_hangs_on_the_tyres() {
 
 /// Gains of the hand's sensor and of the motor are as uncertain as the friction.
 #[test]
-fn half_of_the_driven_runs_foretells_the_others() {
+fn half_of_the_driven_runs_predicts_the_others() {
     let Some(data) = data() else { return };
     let folder = tempfile::tempdir().expect("a folder");
     let windows = driven();
