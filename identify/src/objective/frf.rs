@@ -56,9 +56,6 @@ pub struct Point {
     pub error: f64,
 }
 
-/// What a complex relative error of a response pushes the gradient by, variable by variable.
-type Push = DVector<Complex<f64>>;
-
 /// Measured frequency responses and the model that is to match them.
 #[derive(Debug, Clone)]
 pub struct Frf {
@@ -256,7 +253,7 @@ impl Frf {
         let n = z.len();
         // at each bin, of each channel there, what its complex relative error δ adds to the
         // gradient: Re(h δ), magnitude and phase being the real and the imaginary part of δ
-        let mut bins = BTreeMap::<usize, Vec<(usize, Push)>>::new();
+        let mut bins = BTreeMap::<usize, Vec<_>>::new();
         let mut row = 0;
         for (channel, points) in self.points.iter().enumerate() {
             for point in points {

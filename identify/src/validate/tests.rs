@@ -265,8 +265,10 @@ fn a_true_model_leaves_white_noise_and_a_wrong_one_does_not() {
         let white = |r: &Replayed| r.whiteness.probability >= 0.01;
         found += u32::from(!judged(&ride, &wrong).iter().all(white));
     }
-    println!("{rejected:?} {statistic:?} of {freedom}, {outside:?}, {found}");
-    assert!(rejected.iter().sum::<u32>() <= 7, "{rejected:?}");
+    assert!(
+        rejected.iter().sum::<u32>() <= 7,
+        "{rejected:?} {outside:?}"
+    );
     for statistic in statistic {
         // Σ χ² over rides: 3.3 deviations, and a hundredth for what is no noise
         let reach = 3.3 * (2.0 * freedom).sqrt() + 0.01 * freedom;
@@ -306,7 +308,6 @@ fn starts_of_windows_have_their_price() {
     let criteria: Vec<_> = (candidates.iter())
         .map(|c| c.weighed.clone().unwrap().criteria)
         .collect();
-    println!("{criteria:#?}");
     // 24 windows, and the states of each formulation
     assert_eq!(criteria[0].starts, 24 * 4);
     assert_eq!(criteria[2].starts, 24 * 5);

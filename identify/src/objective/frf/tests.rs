@@ -138,12 +138,13 @@ fn tyres_and_friction_come_back_from_responses() {
     };
     let frf = landscape(&ride, formulation, &names, &start);
     let (point, _) = sought(&frf);
-    for (i, name) in names.iter().enumerate() {
+    // no noise, but the bicycle is not linear: what the mean gain leaves of Coulomb friction is taken
+    // for viscous friction, a bias and no random error
+    for (i, (name, bias)) in names.iter().zip([0.05, 0.15]).enumerate() {
         let value = frf.unknowns.free[i].value(point[i]);
         let expected = truth.get(Parameters::index(name).unwrap());
-        // the bicycle is not linear: what its mean gains leave is a bias, not a random error
         assert!(
-            (value - expected).abs() < 0.05 * expected,
+            (value / expected - 1.0).abs() < bias,
             "{name}: {value}, expected {expected}"
         );
     }
@@ -210,32 +211,26 @@ fn intervals_from_channels_that_one_gust_moves_hold_the_truth_as_often_as_they_s
     };
     let names = ["viscous_friction", "rider_roll_rate_gain"];
     let rides = 100;
-    let (mut squares, mut held) = ([0.0; 2], [0; 2]);
-    let (mut claimed, mut alone) = ([0.0; 2], [0.0; 2]);
+    let (mut squares, mut held, mut bias) = ([0.0; 2], [0; 2], [0.0; 2]);
     for seed in 0..rides {
         let ride = gusty(&truth, GUST, 240.0, seed);
         let frf = landscape(&ride, Formulation::Whipple, &names, &truth);
         let (point, covariance) = sought(&frf);
-        let mut independent = frf.clone();
-        for scatter in &mut independent.scatter {
-            *scatter = DMatrix::from_diagonal(&scatter.diagonal());
-        }
-        let independent = spread(&independent.information(&point).unwrap()).covariance;
         let start = frf.unknowns.start.variables(&frf.unknowns.free);
         for i in 0..2 {
-            let square = (point[i] - start[i]).powi(2) / covariance[(i, i)];
-            squares[i] += square;
-            held[i] += u32::from(square < 1.96_f64.powi(2));
-            claimed[i] += covariance[(i, i)].sqrt() / rides as f64;
-            alone[i] += independent[(i, i)].sqrt() / rides as f64;
+            let off = (point[i] - start[i]) / covariance[(i, i)].sqrt();
+            squares[i] += off * off;
+            held[i] += u32::from(off.abs() < 1.96);
+            bias[i] += off / rides as f64;
         }
     }
-    println!("{squares:?} {held:?} {claimed:?} {alone:?}");
+    let told = format!("{squares:?} {held:?} {bias:?}");
     for (squares, held) in squares.into_iter().zip(held) {
-        // the sum of 100 squares of a standard normal variable, 99.8 % of it, and 95 of 100
+        // the sum of 100 squares of a standard normal variable, 99.8 % of it: channels taken for
+        // independent give 149 and more; and 95 of 100
         let range = [0.001, 0.999].map(|p| 2.0 * gamma_quantile(0.5 * rides as f64, p));
-        assert!((range[0]..range[1]).contains(&squares), "{squares}");
-        assert!((87..=100).contains(&held), "{held}");
+        assert!((range[0]..range[1]).contains(&squares), "{told}");
+        assert!((87..=100).contains(&held), "{told}");
     }
 }
 

@@ -5,6 +5,9 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 
 const STEP: f64 = 0.005;
 
+/// Cuts noise into windows of so many samples.
+type Cut = fn(&[f64], usize) -> Vec<Left>;
+
 fn noise(seed: u64, n: usize) -> Vec<f64> {
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);
     (0..n).map(|_| StandardNormal.sample(&mut rng)).collect()
@@ -83,7 +86,7 @@ fn moments_are_those_of_the_whole_matrices() {
 /// is 1 ± √(2/50/1000) = .006, and up to .01 is what windows of finite length add.
 #[test]
 fn white_noise_is_white_as_often_as_it_is_said_to_be() {
-    let kinds: [fn(&[f64], usize) -> Vec<Left>; 2] = [windows, fitted];
+    let kinds: [Cut; 2] = [windows, fitted];
     for (kind, cut) in kinds.into_iter().enumerate() {
         for count in [8, 60] {
             let records = 1000;
@@ -133,7 +136,7 @@ fn coloured_noise_is_not_white_and_shows_its_pole() {
 /// the band is as true. Of 100 records of 41 lags, neighbours nearly alike: .01 ± .003.
 #[test]
 fn independent_slow_signals_stay_within_a_band_that_knows_they_are_slow() {
-    let kinds: [fn(&[f64], usize) -> Vec<Left>; 2] = [windows, fitted];
+    let kinds: [Cut; 2] = [windows, fitted];
     for (kind, cut) in kinds.into_iter().enumerate() {
         let (mut outside, mut naive) = (0.0, 0.0);
         let records = 200;
@@ -146,7 +149,6 @@ fn independent_slow_signals_stay_within_a_band_that_knows_they_are_slow() {
             let beyond = c.value.iter().filter(beyond).count();
             naive += beyond as f64 / c.value.len() as f64 / records as f64;
         }
-        println!("{kind} {outside} {naive}");
         assert!((0.004..0.016).contains(&outside), "{kind} {outside}");
         assert!(kind == 1 || naive > 0.2, "{naive}");
     }
