@@ -53,7 +53,9 @@ impl Validate {
         let (mut rides, mut entries) = (Vec::new(), Vec::new());
         if let Some(path) = &self.study {
             entries = Study::read(path)?.rides;
-            entries.iter_mut().for_each(|entry| law(&mut entry.ride));
+            for entry in &mut entries {
+                law(&mut entry.ride);
+            }
         }
         for path in &self.rides {
             let mut ride = self.reading.read(path)?;
