@@ -17,6 +17,7 @@ mod linear;
 mod model;
 mod modelling;
 mod output;
+mod report;
 mod rides;
 mod stability;
 mod validate;
@@ -61,7 +62,7 @@ enum Command {
     /// A fit on rides it was not made of; other formulations beside it
     Validate(validate::Validate),
     /// The report of a fit, one HTML file
-    Report(fitting::Report),
+    Report(report::Report),
     /// Couple the bicycle's FMU with an assist controller, or any FMUs with each other
     Cosim(cosim::Cosim),
     /// Pack the bicycle, or any model, as an FMU

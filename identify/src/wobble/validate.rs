@@ -1,8 +1,8 @@
 //! `wobble validate`: a fit on rides it was not made of.
 
 use crate::arguments::RideArguments;
-use crate::fitting::read_again;
 use crate::output::{Output, Progress};
+use crate::report::read_again;
 use anyhow::Result;
 use clap::Args;
 use identify::objective::free_response;
