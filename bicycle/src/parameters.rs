@@ -88,7 +88,7 @@ rows! {
     /// bicycle: no equation of motion reads them; a record of several seconds hardly does without.
     Instruments;
     Fixed {
-        torque_gain: "k_τ" ONE = 1.0, in [0.1, 10.0], measured [0.8, 1.2], "Recorded steer torque over the true one", "identified: free where asked for; gains of .8 and 1.2 explain the torques recorded on the Delft steer-by-wire bicycle better than 1";
+        torque_gain: "k_τ" ONE = 1.0, in [0.1, 10.0], measured [0.8, 1.2], "Recorded steer torque over the true one", "identified: free where asked for; 1.2 explains the torque of the hand recorded on the Delft steer-by-wire bicycle better than 1";
         torque_offset: "τ_0" N_M = 0.0, in [-20.0, 20.0], "Steer torque recorded where there is none", "identified: free where asked for";
         roll_rate_offset: "φ̇_b" RAD_PER_S = 0.0, in [-1.0, 1.0], "Roll rate recorded at rest", "identified: free where asked for";
         steer_rate_offset: "θ̇_b" RAD_PER_S = 0.0, in [-1.0, 1.0], "Steer rate recorded at rest", "identified: free where asked for";

@@ -221,7 +221,7 @@ impl Header {
             return refuse("kind", &self.kind, found.kind);
         }
         if found.identity != self.identity {
-            return refuse("run", &self.identity, found.identity);
+            return Err(Error::OtherRun { file: name.into() });
         }
         Ok(())
     }

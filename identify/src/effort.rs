@@ -3,12 +3,12 @@
 //! where they were, profiles and reduction are made anew.
 
 use crate::checkpoint::Journal;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::file::sha256;
 use crate::plan::{Plan, Ridden};
 use crate::problem::{Found, Problem};
 use crate::progress::{Event, Watch};
-use crate::solver::{Attempt, Evolution, Generation, Starts, evolve, multistart};
+use crate::solver::{Attempt, Evolution, Generation, Starts, evolve, generation, multistart};
 use crate::starts::sobol;
 use crate::trust::Solved;
 use crate::trust::bootstrap::{Bootstrap, Draw, Resampled};
@@ -21,7 +21,8 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 /// How much more is asked.
-#[derive(Debug, Clone, Default, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
 pub struct Effort {
     /// Searches from so many Sobol points besides that from the plan's own values.
     pub starts: usize,
@@ -36,6 +37,8 @@ pub struct Effort {
     /// Seed of the starts, the population and the data made again.
     pub seed: u64,
     /// Journals of what is finished: this path with `.starts`, `.population`, `.bootstrap` behind.
+    /// Not put on record: a fit that was taken up again is the fit that was not.
+    #[serde(skip)]
     pub resume: Option<PathBuf>,
 }
 
@@ -228,6 +231,13 @@ impl<'a> Work<'a> {
     fn evolve(&mut self, own: &DVector<f64>) -> Result<DVector<f64>> {
         if self.effort.population == 0 {
             return Ok(own.clone());
+        }
+        let least = generation(self.problem.shared()) as u64;
+        if self.effort.population < least {
+            return Err(Error::Population {
+                least,
+                found: self.effort.population,
+            });
         }
         self.watch.tell(Event::Phase("searching the whole box"));
         let limits = self.problem.limits();

@@ -40,6 +40,13 @@ pub enum Error {
         message: String,
     },
 
+    /// A file to write to that the same call reads.
+    #[error("{file}: expected a file of its own to write to, found one that this call reads")]
+    Taken { file: String },
+    /// A file named for two outputs.
+    #[error("{file}: expected a file for each output, found it named twice")]
+    NamedTwice { file: String },
+
     /// A JSON file that is not what it should be.
     #[error("{file}, row {row}: {message}")]
     Json {
@@ -48,6 +55,13 @@ pub enum Error {
         message: String,
     },
 
+    /// A record whose parts do not go together.
+    #[error("{name}: expected {expected} entries, found {found}")]
+    Entries {
+        name: &'static str,
+        expected: usize,
+        found: usize,
+    },
     /// A file that is not the one a fit was made of.
     #[error("{file}: expected the {what} of the fit (SHA-256 {expected}), found another ({found})")]
     OtherFile {
@@ -227,6 +241,11 @@ pub enum Error {
         threshold: f64,
         span: Span,
     },
+    /// A bicycle that rides backwards.
+    #[error(
+        "{ride}: expected a speed above 0, found {found:.3} m/s: is the sign of the column right?"
+    )]
+    Backwards { ride: String, found: f64 },
     /// A window that the ride does not cover.
     #[error(
         "{ride}: expected a window of at least 2 samples within {from} to {to} s, \
@@ -326,6 +345,12 @@ pub enum Error {
     /// A band in which no bin is left.
     #[error("band {low} to {high} Hz: no unmasked bin in it, bins are {width:.3} Hz apart")]
     NoBins { low: f64, high: f64, width: f64 },
+    /// Fewer bins than free parameters.
+    #[error(
+        "expected at least as many bins as the {free} free parameters, found {found}: a wider \
+         band, fewer lines or a longer ride has more"
+    )]
+    TooFewBins { free: usize, found: usize },
     /// Fewer observations than free parameters.
     #[error("expected more observations than the {free} free parameters, found {found}")]
     TooFewObservations { free: usize, found: usize },
@@ -422,6 +447,14 @@ pub enum Error {
         first: (f64, f64),
         second: (f64, f64),
     },
+    /// An objective that lives on given windows, without any.
+    #[error("objective {objective}: expected the windows to replay (--windows FILE), found none")]
+    NoWindows { objective: &'static str },
+    /// A window of frequency responses that the record does not hold one and a half times.
+    #[error(
+        "window of frf: expected {least} s to {most} s (the record holds two, overlapping by half), found {window} s"
+    )]
+    Averaging { window: f64, least: f64, most: f64 },
     /// A file of windows that is not what it should be.
     #[error("{file}, row {row}: {cause}")]
     WindowFile {
@@ -468,6 +501,21 @@ pub enum Error {
         max: f64,
         unit: &'static str,
     },
+    /// Bounds that leave out where the search would start.
+    #[error(
+        "bounds of `{name}`: expected them to hold its start value {value} {unit}, found {lower} to \
+         {upper}; --set {name}=VALUE starts elsewhere"
+    )]
+    StartOutside {
+        name: &'static str,
+        value: f64,
+        lower: f64,
+        upper: f64,
+        unit: &'static str,
+    },
+    /// A change of a parameter that is not sought.
+    #[error("`{name}` is held, not free: expected one of {free}, or --free {name} besides")]
+    NotFree { name: &'static str, free: String },
     /// A prior asked of the table, which has none.
     #[error("prior of `{name}`: the literature measured no interval; give {name}=MEAN:DEVIATION")]
     NoPrior { name: &'static str },
@@ -493,6 +541,14 @@ pub enum Error {
     /// A ride that would be counted twice.
     #[error("{ride}: expected each ride once, found it twice")]
     SameRide { ride: String },
+    /// Rides of different sampling.
+    #[error("{ride}: expected {expected} Hz as in {other}, found {found} Hz")]
+    Sampling {
+        ride: String,
+        found: f64,
+        other: String,
+        expected: f64,
+    },
     /// An objective that does not offer what is asked.
     #[error("{what} is offered for the objectives {expected}, not for {found}")]
     Objective {
@@ -514,6 +570,11 @@ pub enum Error {
         objective: &'static str,
         cause: String,
     },
+    /// A budget that does not last for one generation.
+    #[error(
+        "--population: expected {least} evaluations of the cost, one generation, or more, found {found}"
+    )]
+    Population { least: u64, found: u64 },
     /// A journal of finished work that is not this run's.
     #[error("{file}: expected the journal of {what} {expected}, found {found}")]
     Journal {
@@ -522,6 +583,12 @@ pub enum Error {
         expected: String,
         found: String,
     },
+    /// A journal of another run.
+    #[error(
+        "{file}: expected what this very fit had finished, found that of a fit of other rides, \
+         options or seed; call it as it was called, or name another file behind --resume"
+    )]
+    OtherRun { file: String },
     /// A journal that another process has open.
     #[error("{file}: expected a journal of its own, found one that another run is writing")]
     JournalInUse { file: String },
@@ -575,6 +642,13 @@ impl Error {
                 | Self::LineFrequency { .. }
                 | Self::Bounds { .. }
                 | Self::NoPrior { .. }
+                | Self::NoWindows { .. }
+                | Self::NotFree { .. }
+                | Self::StartOutside { .. }
+                | Self::Objective { .. }
+                | Self::Population { .. }
+                | Self::Taken { .. }
+                | Self::NamedTwice { .. }
                 | Self::Prior { .. }
                 | Self::Tie { .. }
                 | Self::SampleTime { .. }

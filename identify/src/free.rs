@@ -245,6 +245,12 @@ impl Free {
         matches!(self.place, Place::Instruments(_)) || self.row.name == "remnant_intensity"
     }
 
+    /// Whether `value` [SI] is at a bound, to a millionth of their distance.
+    pub fn at_bound(&self, value: f64) -> bool {
+        let edge = 1e-6 * (self.upper - self.lower);
+        value - self.lower < edge || self.upper - value < edge
+    }
+
     /// Whether the search runs over the logarithm of the value.
     fn logarithmic(&self) -> bool {
         self.scale == Scale::Logarithmic

@@ -64,6 +64,8 @@ pub fn inspect(ride: &Ride) -> Inspection {
     if !spans.is_empty() {
         findings.push(Finding::Standstill { spans });
     }
+    let backwards = ride.backwards();
+    findings.extend(backwards.map(|speed| Finding::Backwards { speed }));
     let moving: Vec<_> = ride
         .channels()
         .filter(|(_, x)| x.iter().any(|value| *value != x[0]))
@@ -79,8 +81,8 @@ pub fn inspect(ride: &Ride) -> Inspection {
             unit,
             min,
             max,
+            mean,
             rms,
-            ..
         } = summary;
         if min == max {
             findings.push(Finding::Constant {
@@ -89,6 +91,7 @@ pub fn inspect(ride: &Ride) -> Inspection {
                 unit,
             });
         } else {
+            findings.extend(improbable(channel, rms.hypot(mean), unit));
             if let Some((count, i)) = glitches(x, rms) {
                 let at = ride.span(i, i);
                 findings.push(Finding::Glitch {
@@ -149,6 +152,27 @@ pub fn inspect(ride: &Ride) -> Inspection {
         notes: ride.notes.clone(),
         findings,
     }
+}
+
+/// Root mean squares that no ridden bicycle reaches [SI]: 40° of lean or of steer throughout is a fall, and a
+/// hand turns no handlebar at 20 rad/s throughout. Angles in degrees under another name do.
+const MOST: [(&str, f64); 5] = [
+    ("steer", 0.7),
+    ("roll", 0.7),
+    ("steer_rate", 20.0),
+    ("roll_rate", 10.0),
+    ("yaw_rate", 10.0),
+];
+
+/// A channel of such root mean square, if no ridden bicycle has one.
+fn improbable(channel: &'static str, rms: f64, unit: &'static str) -> Option<Finding> {
+    let (_, most) = MOST.into_iter().find(|(name, _)| *name == channel)?;
+    (rms > most).then_some(Finding::Improbable {
+        channel,
+        rms,
+        most,
+        unit,
+    })
 }
 
 /// What may well be another at the end of a ride than at its start.

@@ -139,15 +139,10 @@ pub struct Resolved {
 impl Resolved {
     /// What is sought in `ridden`.
     pub fn unknowns(&self, ridden: &Ridden, plan: &Plan) -> Unknowns {
-        let start = Candidate {
-            parameters: ridden.parameters,
-            excitation: plan.excitation,
-            instruments: Instruments::default(),
-        };
         Unknowns {
             free: self.free.clone(),
             ties: plan.ties.clone(),
-            start,
+            start: started(ridden, plan),
         }
     }
 
@@ -201,6 +196,7 @@ pub fn names(rides: &[Ridden]) -> Vec<String> {
 /// the friction then only the effective damping is sought.
 pub fn resolve(rides: &[Ridden], plan: &Plan) -> Result<Resolved> {
     check_distinct(rides)?;
+    Ride::check_sampled_alike(rides.iter().map(|ridden| ridden.ride))?;
     let record = |name: &str| rides.iter().all(|ridden| ridden.ride.has(name));
     let three = match &plan.channels {
         Some(channels) => channels.len() > 2,
@@ -213,6 +209,7 @@ pub fn resolve(rides: &[Ridden], plan: &Plan) -> Result<Resolved> {
             (false, true) => Objective::Whittle,
             (false, false) => Objective::Amplitude,
         });
+    check_windows(rides, plan, objective)?;
     let recorded = || SPECTRAL.into_iter().filter(|name| record(name)).collect();
     let channels = plan.channels.clone().unwrap_or_else(|| match objective {
         Objective::Amplitude => vec!["steer"],
@@ -272,10 +269,19 @@ pub fn resolve(rides: &[Ridden], plan: &Plan) -> Result<Resolved> {
         free.push(Free::new("remnant_intensity")?);
     }
     for (name, change) in &plan.changes {
-        let known: Vec<_> = free.iter().map(|f| f.row.name).collect();
-        let place = free.iter_mut().find(|f| f.row.name == *name);
-        let place = place.ok_or_else(|| Error::unknown("free parameter", name, known))?;
-        *place = change.apply(*place)?;
+        let known = || {
+            free.iter()
+                .map(|f| f.row.name)
+                .collect::<Vec<_>>()
+                .join(", ")
+        };
+        let place = free.iter().position(|f| f.row.name == *name);
+        let place = place.ok_or_else(|| Error::NotFree {
+            name,
+            free: known(),
+        })?;
+        free[place] = change.apply(free[place])?;
+        check_start(&free[place], *change, plan, rides)?;
     }
     plan.model.check(objective)?;
     if let Some(fmu) = plan.model.foreign() {
@@ -318,6 +324,65 @@ fn check_distinct(rides: &[Ridden]) -> Result<()> {
     Ok(())
 }
 
+/// Refuses windows that the objective has no use for, or none where it lives on them.
+fn check_windows(rides: &[Ridden], plan: &Plan, objective: Objective) -> Result<()> {
+    let given = rides.iter().any(|ridden| !ridden.windows.is_empty());
+    if given {
+        objective.check("--windows", &[Objective::Time, Objective::FreeResponse])?;
+    } else if objective == Objective::FreeResponse {
+        return Err(Error::NoWindows {
+            objective: objective.name(),
+        });
+    }
+    let Some(window) = plan.window else {
+        return Ok(());
+    };
+    objective.check("--window", &[Objective::Time, Objective::Frf])?;
+    if objective == Objective::Frf {
+        for Ridden { ride, .. } in rides {
+            let (least, most) = (4.0 * ride.step(), ride.duration() / 1.5);
+            if !(least..=most).contains(&window) {
+                return Err(Error::Averaging {
+                    window,
+                    least,
+                    most,
+                });
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Refuses bounds that leave out where the search of `free` would start. Where a nuisance starts
+/// nobody chose: it is moved within them.
+fn check_start(free: &Free, change: Change, plan: &Plan, rides: &[Ridden]) -> Result<()> {
+    if free.nuisance() || !matches!(change, Change::Bounds(..)) {
+        return Ok(());
+    }
+    let outside = rides
+        .iter()
+        .map(|ridden| started(ridden, plan).get(free))
+        .find(|start| !(free.lower..=free.upper).contains(start));
+    outside.map_or(Ok(()), |value| {
+        Err(Error::StartOutside {
+            name: free.row.name,
+            value,
+            lower: free.lower,
+            upper: free.upper,
+            unit: free.row.unit.symbol,
+        })
+    })
+}
+
+/// What a search of `ridden` starts from.
+fn started(ridden: &Ridden, plan: &Plan) -> Candidate {
+    Candidate {
+        parameters: ridden.parameters,
+        excitation: plan.excitation,
+        instruments: Instruments::default(),
+    }
+}
+
 /// Refuses a tie to a row that is not free, of a row that is, or without a ratio to keep.
 fn check_ties(free: &[Free], plan: &Plan, rides: &[Ridden]) -> Result<()> {
     let is_free = |name: &str| free.iter().any(|f| f.row.name == name);
@@ -336,11 +401,8 @@ fn check_ties(free: &[Free], plan: &Plan, rides: &[Ridden]) -> Result<()> {
         if is_free(follower) {
             return refuse("it is free itself");
         }
-        let zero = |ridden: &Ridden| {
-            let index = Parameters::index(leader);
-            index.is_some_and(|i| ridden.parameters.get(i) == 0.0)
-        };
-        if rides.iter().any(zero) {
+        let leads = Free::new(leader)?;
+        if (rides.iter()).any(|ridden| started(ridden, plan).get(&leads) == 0.0) {
             return refuse("the one it follows starts at 0, so that there is no ratio to keep");
         }
     }

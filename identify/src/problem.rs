@@ -140,6 +140,13 @@ impl Problem {
             )?;
         }
         let (observations, free) = (problem.observations(), problem.variables.len());
+        if let Rides::Amplitude(_) | Rides::Whittle(_) = &problem.rides {
+            // channels of one bin are no further frequencies: a spectrum of few bins says little
+            let found = observations / problem.channels.len();
+            if found < free {
+                return Err(Error::TooFewBins { free, found });
+            }
+        }
         if observations <= free {
             return Err(Error::TooFewObservations {
                 free,

@@ -1,16 +1,21 @@
 //! The report of a fit: one HTML file that needs nothing else, and its table as plain text.
 
+mod comparison;
 mod further;
 pub(crate) mod markup;
 pub(crate) mod number;
 pub(crate) mod plot;
 mod plots;
 mod provenance;
+mod residuals;
 pub(crate) mod table;
 #[cfg(test)]
 mod tests;
+mod validation;
 pub(crate) mod words;
 
+pub use comparison::comparison;
+pub use provenance::quoted;
 pub use table::{summary, table};
 pub use words::advice;
 
@@ -22,15 +27,30 @@ use crate::objective::Objective;
 use crate::ride::{Ride, base, quantity};
 use crate::run::Run;
 use crate::spectrum::Taper;
+use crate::validate::Validation;
 use crate::verdict::Estimate;
 use markup::{cell, escape, list, paragraph, section, symbol};
 use number::{exact, exact_with_unit, significant, with_unit};
 use plot::plot;
-use words::{capitalised, headline, join, misfit, words, work};
+use words::{capitalised, distinct, headline, join, misfit, words, work};
+
+/// Points of all curves of signals together: a megabyte or two.
+const POINTS: usize = 150_000;
+/// Rides up to this number are all shown; of more, all but the first are folded.
+const SHOWN: usize = 3;
 
 /// The report of `run` on its `rides`: one self-contained HTML file. An error where the rides are
 /// not those that the run can have come from.
 pub fn html(run: &Run, rides: &[Ride]) -> Result<String> {
+    page(run, rides, None)
+}
+
+/// The same with what `validation` found on rides that were not fitted.
+pub fn validated(run: &Run, rides: &[Ride], validation: &Validation) -> Result<String> {
+    page(run, rides, Some(validation))
+}
+
+fn page(run: &Run, rides: &[Ride], validation: Option<&Validation>) -> Result<String> {
     let fit = &run.fit;
     let names: Vec<&str> = run.rides.iter().map(|r| base(&r.source.file)).collect();
     let title = &match names.len() {
@@ -52,7 +72,14 @@ pub fn html(run: &Run, rides: &[Ride]) -> Result<String> {
         page += &paragraph("advice", &words(&advice));
     }
     page += &section("Parameters", &parameters(fit));
-    page += &section("Does the model explain the ride?", &agreement(fit));
+    let explains = match names.len() {
+        1 => "Does the model explain the ride?",
+        _ => "Does the model explain the rides?",
+    };
+    page += &section(explains, &agreement(fit));
+    if let Some(validation) = validation {
+        page += &section("Validation", &validation::section(validation));
+    }
     let problem = run.problem(rides)?;
     let recipe = &run.asked.recipe;
     let lines: Vec<f64> = recipe.lines.iter().map(|line| line.frequency).collect();
@@ -60,36 +87,46 @@ pub fn html(run: &Run, rides: &[Ride]) -> Result<String> {
         1 => what.to_owned(),
         _ => format!("{what}: {}", names[i]),
     };
-    for (i, curves) in run.curves(&problem)?.iter().enumerate() {
-        let still = figure::spectrum(curves, &lines);
+    // still pictures of many rides would outweigh all the rest
+    let still = |i: usize, draw: &dyn Fn() -> String| {
+        if i < SHOWN { draw() } else { String::new() }
+    };
+    let spectra = run.curves(&problem)?;
+    let figures = spectra.iter().enumerate().map(|(i, curves)| {
+        let still = still(i, &|| figure::spectrum(curves, &lines));
         let panels = plots::spectrum(curves, &lines);
         let figure = plot(&format!("spectrum-{i}"), &panels, &still, SPECTRUM);
-        page += &section(&titled("Spectrum", i), &figure);
-    }
+        section(&titled("Spectrum", i), &figure)
+    });
+    page += &folded(&figures.collect::<Vec<_>>(), "spectra");
     let caption = match fit.objective {
         Objective::Time | Objective::FreeResponse => REPLAY.into(),
         _ if lines.is_empty() => RESIDUAL.into(),
         _ => format!("{RESIDUAL} {LINES}"),
     };
-    for (i, traces) in run.traces(&problem, rides)?.iter().enumerate() {
+    let traces = run.traces(&problem, rides)?;
+    let curves: usize = traces.iter().map(|traces| 2 * traces.len()).sum();
+    let most = POINTS / curves.max(1);
+    let figures = traces.iter().enumerate().map(|(i, traces)| {
         let signals = if traces.is_empty() {
             paragraph("text", FALLEN)
         } else {
-            let (panels, still) = (plots::traces(traces), figure::traces(traces));
+            let still = still(i, &|| figure::traces(traces));
+            let panels = plots::traces(traces, most);
             plot(&format!("signals-{i}"), &panels, &still, &caption)
         };
-        page += &section(&titled("Signals", i), &signals);
-    }
-    for (i, responses) in run.responses(&problem)?.iter().enumerate() {
-        let figure = plot(
-            &format!("response-{i}"),
-            &plots::responses(responses),
-            "",
-            RESPONSE,
-        );
-        page += &section(&titled("Frequency response", i), &figure);
-    }
-    page += &further::sections(fit);
+        section(&titled("Signals", i), &signals)
+    });
+    page += &folded(&figures.collect::<Vec<_>>(), "signals");
+    let responses = run.responses(&problem)?;
+    let figures = responses.iter().enumerate().map(|(i, responses)| {
+        let panels = plots::responses(responses);
+        let figure = plot(&format!("response-{i}"), &panels, "", RESPONSE);
+        section(&titled("Frequency response", i), &figure)
+    });
+    page += &folded(&figures.collect::<Vec<_>>(), "frequency responses");
+    page += &residuals::section(&spectra, &traces, &responses);
+    page += &further::sections(run);
     if fit.parameters.len() > 1 {
         page += &section("Correlations", &correlations(fit));
     }
@@ -99,15 +136,18 @@ pub fn html(run: &Run, rides: &[Ride]) -> Result<String> {
     Ok(page + &plot::script() + markup::FOOT)
 }
 
-/// Each of `items` once, in their order.
-fn distinct<T: PartialEq>(items: impl Iterator<Item = T>) -> Vec<T> {
-    let mut seen = Vec::new();
-    for item in items {
-        if !seen.contains(&item) {
-            seen.push(item);
-        }
+/// Sections of the same kind, one a ride: of many, all but the first folded away.
+fn folded(sections: &[String], what: &str) -> String {
+    if sections.len() <= SHOWN {
+        return sections.concat();
     }
-    seen
+    let (first, others) = sections.split_at(1);
+    let summary = format!("The {what} of the other {} rides", others.len());
+    format!(
+        "{}<details><summary>{summary}</summary>\n{}</details>\n",
+        first.concat(),
+        others.concat()
+    )
 }
 
 const SPECTRUM: &str = "Amplitudes of sines in the residual of the moving average. In a single \
@@ -260,11 +300,13 @@ fn assumptions(run: &Run) -> Result<Vec<String>> {
             "estimated above 10 Hz"
         };
         let unit = quantity(channel)?.unit.symbol;
-        let values = fit
-            .explained
-            .iter()
-            .map(|ride| with_unit(ride.noise[i], unit, 2));
-        let values = join(distinct(values).into_iter());
+        // a frequency response has no noise of a channel but a coherence of each bin
+        let noise = fit.explained.iter().filter_map(|ride| ride.noise.get(i));
+        let values = distinct(noise.map(|noise| with_unit(*noise, unit, 2)));
+        if values.is_empty() {
+            continue;
+        }
+        let values = join(values.into_iter());
         items.push(format!("Noise of {}: {values} ({origin}).", words(channel)));
     }
     if fit.objective == Objective::Whittle && fit.estimate("camber_stiffness").is_some() {

@@ -215,12 +215,52 @@ impl Ride {
     pub fn standstill(&self) -> Vec<Span> {
         self.channel(SPEED).map_or_else(
             |_| Vec::new(),
-            |speed| self.spans(|i| speed[i] < STANDSTILL),
+            |speed| self.spans(|i| speed[i].abs() < STANDSTILL),
         )
     }
 
-    /// An error where the bicycle stands.
+    /// The lowest speed [m/s] of a bicycle that rides backwards by its record; none where it never
+    /// does. Below [`STANDSTILL`] a sensor that is off by a little says so of one that stands.
+    pub fn backwards(&self) -> Option<f64> {
+        let speed = self.channel(SPEED).ok()?;
+        let least = speed.iter().copied().fold(f64::INFINITY, f64::min);
+        (least <= -STANDSTILL).then_some(least)
+    }
+
+    /// An error where one of `rides` is not sampled as the first is.
+    pub fn check_sampled_alike<'a>(rides: impl IntoIterator<Item = &'a Self>) -> Result<()> {
+        let mut rides = rides.into_iter();
+        let Some(first) = rides.next() else {
+            return Ok(());
+        };
+        rides.try_for_each(|ride| ride.check_sampled(first.rate(), &first.name()))
+    }
+
+    /// An error where this ride is not sampled at `expected` [Hz] as `other` is, but for what the
+    /// clocks of two loggers differ by.
+    pub fn check_sampled(&self, expected: f64, other: &str) -> Result<()> {
+        /// A crystal is good to a part in 10⁴, a time column in milliseconds to one in 10³.
+        const CLOCKS: f64 = 1e-3;
+        let found = self.rate();
+        if (found / expected - 1.0).abs() <= CLOCKS {
+            return Ok(());
+        }
+        Err(Error::Sampling {
+            ride: self.name(),
+            found,
+            other: other.into(),
+            expected,
+        })
+    }
+
+    /// An error where the bicycle stands, or rides backwards.
     pub fn check_moving(&self) -> Result<()> {
+        if let Some(found) = self.backwards() {
+            return Err(Error::Backwards {
+                ride: self.name(),
+                found,
+            });
+        }
         match self.standstill().first() {
             Some(&span) => Err(Error::Standstill {
                 ride: self.name(),
@@ -231,13 +271,17 @@ impl Ride {
         }
     }
 
-    /// The samples at times start ≤ t < stop [s] on the clock of the recording, at least two.
+    /// The samples at times start ≤ t < stop [s] on the clock of the recording, at least two; an
+    /// error where the recording does not cover them.
     pub fn slice(&self, times: Range<f64>) -> Result<Self> {
         // a millionth of a step forgives the rounding of times in files
         let index =
             |t: f64| (((t - self.start) / self.step - 1e-6).ceil().max(0.0) as usize).min(self.len);
         let samples = index(times.start)..index(times.end);
-        if samples.len() < 2 {
+        // a stop one step behind the last sample takes all; half a step more forgives rounding
+        let covered = times.start >= self.start - 0.5 * self.step
+            && times.end <= self.start + (self.len as f64 + 0.5) * self.step;
+        if samples.len() < 2 || !covered {
             return Err(Error::Window {
                 ride: self.name(),
                 start: times.start,

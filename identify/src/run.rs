@@ -4,6 +4,7 @@ mod curves;
 
 pub use curves::{Curve, Responded, Trace};
 
+use crate::effort::Effort;
 use crate::error::{Error, Result};
 use crate::file;
 use crate::fit::Fit;
@@ -15,7 +16,7 @@ use crate::ride::Ride;
 use crate::spectrum::{Recipe, Taper};
 use bicycle::{Instruments, Parameters};
 use serde::{Deserialize, Serialize};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 use std::path::Path;
 
@@ -80,6 +81,8 @@ pub struct Recorded {
     pub source: Source,
     /// Rides of one condition share what is free per condition.
     pub condition: String,
+    /// Sampling rate of the ride [Hz].
+    pub sampling: f64,
     /// The bicycle that was ridden.
     pub start: Start,
     /// The windows that were given: first sample, sample behind the last.
@@ -119,11 +122,18 @@ pub struct Asked {
     pub noise: Option<Vec<f64>>,
     /// Most iterations of a search.
     pub max_iterations: u64,
-    /// Seed of the simulated ride of the report.
-    pub seed: u64,
     /// What stood for the bicycle.
     #[serde(default)]
     pub model: Spec,
+    /// What was asked besides one search; its seed is that of the report's simulated rides too.
+    #[serde(flatten)]
+    pub effort: Effort,
+    /// Path of the study that the rides came from, if any.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub study: Option<String>,
+    /// Path of the file that gave the windows, if any.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub windows: Option<String>,
 }
 
 /// A fit on record.
@@ -151,6 +161,7 @@ impl Recorded {
         Self {
             source,
             condition: ridden.condition.clone(),
+            sampling: ridden.ride.rate(),
             windows: ridden.windows.clone(),
             start: Start {
                 bicycle: bicycle.into(),
@@ -176,8 +187,14 @@ impl Recorded {
 }
 
 impl Run {
-    /// Puts a fit of `plan` to `rides` on record; `seed` is that of the report's simulated rides.
-    pub fn new(rides: Vec<Recorded>, plan: &Plan, problem: &Problem, seed: u64, fit: Fit) -> Self {
+    /// Puts a fit of `plan` to `rides`, made with some `effort`, on record.
+    pub fn new(
+        rides: Vec<Recorded>,
+        plan: &Plan,
+        problem: &Problem,
+        effort: &Effort,
+        fit: Fit,
+    ) -> Self {
         let mut free: Vec<Sought> = Vec::new();
         for Variable { free: f, .. } in &problem.variables {
             if free.iter().all(|known| known.name != f.row.name) {
@@ -205,8 +222,10 @@ impl Run {
                 window: plan.window,
                 noise: plan.noise.clone(),
                 max_iterations: plan.max_iterations,
-                seed,
                 model: plan.model.spec(),
+                effort: effort.clone(),
+                study: None,
+                windows: None,
             },
             fit,
         }
@@ -214,16 +233,66 @@ impl Run {
 
     /// Reads a run from `fit.json`.
     pub fn read(path: &Path) -> Result<Self> {
+        let file = || path.display().to_string();
         let text = file::read_text(path)?;
-        let run: Self = serde_json::from_str(&text).map_err(|cause| Error::Json {
-            file: path.display().to_string(),
-            row: cause.line(),
-            message: cause.to_string(),
-        })?;
-        if run.rides.is_empty() {
-            return Err(Error::NoRides.in_file(path.display().to_string()));
+        // what is no JSON at all is another kind of file, not a damaged one
+        if !text.trim_start().starts_with('{') {
+            let found = text.lines().next().unwrap_or_default();
+            return Err(Error::Unreadable {
+                file: file(),
+                expected: "a fit as `wobble fit -o` writes it",
+                found: format!("`{}`", found.chars().take(40).collect::<String>()),
+            });
         }
+        let run: Self = serde_json::from_str(&text).map_err(|cause| Error::Json {
+            file: file(),
+            row: cause.line(),
+            message: format!("expected a fit as `wobble fit -o` writes it, found {cause}"),
+        })?;
+        run.check().map_err(|cause| cause.in_file(file()))?;
         Ok(run)
+    }
+
+    /// Refuses a record whose parts do not go together: it was changed by hand, or damaged.
+    fn check(&self) -> Result<()> {
+        if self.rides.is_empty() {
+            return Err(Error::NoRides);
+        }
+        let scoped = |sought: &Sought| match sought.scope {
+            _ if self.rides.len() == 1 => 1,
+            Scope::Shared => 1,
+            Scope::Ride => self.rides.len(),
+            Scope::Condition => {
+                let all = self.rides.iter().map(|ride| ride.condition.as_str());
+                all.collect::<BTreeSet<_>>().len()
+            }
+        };
+        let variables = self.asked.free.iter().map(scoped).sum::<usize>();
+        let fit = &self.fit;
+        let rows = fit.correlation.iter().map(Vec::len);
+        let widest = rows.clone().max().unwrap_or(0);
+        for (name, expected, found) in [
+            ("explained", self.rides.len(), fit.explained.len()),
+            ("parameters", variables, fit.parameters.len()),
+            ("correlation", variables, fit.correlation.len()),
+            ("correlation", variables, rows.min().unwrap_or(0)),
+            ("correlation", variables, widest),
+        ] {
+            if expected != found {
+                return Err(Error::Entries {
+                    name,
+                    expected,
+                    found,
+                });
+            }
+        }
+        Ok(())
+    }
+
+    /// Refuses a ride that is not sampled as those of the fit are.
+    pub fn check_sampled(&self, ride: &Ride) -> Result<()> {
+        let first = &self.rides[0];
+        ride.check_sampled(first.sampling, &first.source.file)
     }
 
     /// The run as JSON.

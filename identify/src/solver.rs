@@ -10,7 +10,7 @@ mod multistart;
 mod quadratic;
 
 pub use cost::Cost;
-pub use covariance_adaptation::{Evolution, Generation, evolve};
+pub use covariance_adaptation::{Evolution, Generation, evolve, generation};
 pub use levenberg_marquardt::{Search, minimise};
 pub use multistart::{Attempt, Searchable, Starts, multistart};
 pub use quadratic::{Block, Quadratic, Reduced};

@@ -10,7 +10,7 @@ use crate::objective::Information;
 use crate::problem::Problem;
 use crate::solver::Limits;
 use crate::verdict::spread;
-use insensitivity::{Dropped, Reduction, sensitivities, worst};
+use insensitivity::{Dropped, Reduction, Rule, sensitivities, worst};
 use nalgebra::DVector;
 use profile::{Optimum, Profile};
 use rayon::prelude::*;
@@ -97,7 +97,7 @@ impl<'a> Solved<'a> {
         all.filter_map(|i| self.profile(i)).collect()
     }
 
-    /// Leaves out parameters by CIFER's rule, each fixed where the search starts, until all that
+    /// Leaves out parameters at a bound, then by CIFER's rule, each fixed where the search starts, until all that
     /// are left pass; nuisances stay. `caution` as in [`sensitivities`]. None where somebody asked to
     /// stop.
     pub fn reduce(&self, caution: f64) -> Result<Option<Reduction>> {
@@ -113,7 +113,13 @@ impl<'a> Solved<'a> {
             let values = self.problem.values(&point);
             let own: Vec<f64> = kept.iter().map(|&i| values[i]).collect();
             let sensitivities = sensitivities(&left, &own, &information, caution);
-            let next = worst(&sensitivities, |k| !left[k].free.nuisance());
+            let may = |k: usize| !left[k].free.nuisance();
+            // at its bound a parameter is no estimate, however sharp the data hold it there
+            let at_bound = |&k: &usize| may(k) && left[k].free.at_bound(own[k]);
+            let bound = (0..left.len()).find(at_bound);
+            let next = bound
+                .map(|k| (k, Rule::Bound))
+                .or_else(|| worst(&sensitivities, may));
             let Some((k, rule)) = next else {
                 return Ok(Some(Reduction {
                     kept: sensitivities,

@@ -160,9 +160,7 @@ pub fn judge(
     let at_bound: Vec<bool> = variables
         .iter()
         .zip(values)
-        .map(|(Variable { free: f, .. }, &v)| {
-            v - f.lower < 1e-6 * (f.upper - f.lower) || f.upper - v < 1e-6 * (f.upper - f.lower)
-        })
+        .map(|(Variable { free, .. }, &value)| free.at_bound(value))
         .collect();
     // a direction that the data do not see stays unseen where a bound happens to stop the search
     let unseen = spread(here).singular;

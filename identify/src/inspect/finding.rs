@@ -14,6 +14,22 @@ pub enum Finding {
         /// Where.
         spans: Vec<Span>,
     },
+    /// A speed below 0.
+    Backwards {
+        /// The lowest [m/s].
+        speed: f64,
+    },
+    /// A channel larger than that of any bicycle that is ridden.
+    Improbable {
+        /// The channel.
+        channel: &'static str,
+        /// Root mean square [SI].
+        rms: f64,
+        /// What it stays below where somebody rides [SI].
+        most: f64,
+        /// SI unit.
+        unit: &'static str,
+    },
     /// A channel that says nothing.
     Constant {
         /// The channel.
@@ -95,14 +111,21 @@ pub enum Finding {
 impl fmt::Display for Finding {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Standstill { spans } => {
-                let list: Vec<String> = spans.iter().take(3).map(Span::to_string).collect();
-                write!(f, "speed: standstill in {}", list.join("; "))?;
-                match spans.len() {
-                    0..=3 => Ok(()),
-                    n => write!(f, "; and {} more", n - 3),
-                }
-            }
+            Self::Standstill { spans } => standstill(spans, f),
+            Self::Backwards { speed } => write!(
+                f,
+                "speed: down to {speed:.3} m/s, backwards: is the sign of the column right?"
+            ),
+            Self::Improbable {
+                channel,
+                rms,
+                most,
+                unit,
+            } => write!(
+                f,
+                "{channel}: {rms:.3} {unit} rms, where a ridden bicycle stays below {most} {unit}: \
+                 degrees under another name?"
+            ),
             Self::Constant {
                 channel,
                 value,
@@ -112,25 +135,17 @@ impl fmt::Display for Finding {
             }
             Self::Glitch {
                 channel,
-                count: 1,
-                value,
-                unit,
-                at,
-            } => {
-                write!(f, "{channel}: a glitch, {value} {unit} in {at}")
-            }
-            Self::Glitch {
-                channel,
                 count,
                 value,
                 unit,
                 at,
-            } => {
-                write!(
+            } => match count {
+                1 => write!(f, "{channel}: a glitch, {value} {unit} in {at}"),
+                n => write!(
                     f,
-                    "{channel}: {count} glitches, the farthest {value} {unit} in {at}"
-                )
-            }
+                    "{channel}: {n} glitches, the farthest {value} {unit} in {at}"
+                ),
+            },
             Self::Quantised {
                 channel,
                 step,
@@ -193,5 +208,14 @@ impl fmt::Display for Finding {
                 )
             }
         }
+    }
+}
+
+fn standstill(spans: &[Span], f: &mut fmt::Formatter<'_>) -> fmt::Result {
+    let list: Vec<String> = spans.iter().take(3).map(Span::to_string).collect();
+    write!(f, "speed: standstill in {}", list.join("; "))?;
+    match spans.len() {
+        0..=3 => Ok(()),
+        n => write!(f, "; and {} more", n - 3),
     }
 }

@@ -78,6 +78,8 @@ pub fn parse(file: &str, text: &str, ride: &Ride) -> Result<Vec<Range<usize>>> {
             Some(_) => x.round() as usize,
             None => ((x - ride.time(0)) / ride.step()).round().max(0.0) as usize,
         };
+        // far outside of any ride, and not at the end of the numbers: it may be added to
+        let index = |x: f64| index(x).min(usize::MAX / 2);
         windows.push(index(number(start)?)..index(number(stop)?));
     }
     if windows.is_empty() {

@@ -50,6 +50,11 @@ pub(crate) fn with_unit(value: f64, unit: &str, digits: i32) -> String {
     join(&significant(factor * value, digits), &symbol)
 }
 
+/// The same without the unit, for the first end of an interval.
+pub(super) fn in_unit(value: f64, unit: &str, digits: i32) -> String {
+    significant(shown(unit).0 * value, digits)
+}
+
 fn join(number: &str, unit: &str) -> String {
     match unit {
         "" | "1" => number.into(),

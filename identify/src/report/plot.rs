@@ -5,7 +5,7 @@
 //! library would make each of them megabytes long.
 
 use super::markup::escape;
-use serde::Serialize;
+use serde::{Serialize, Serializer};
 
 /// An axis.
 #[derive(Debug, Clone, Serialize)]
@@ -46,8 +46,11 @@ pub(crate) enum Series {
     Band {
         name: String,
         colour: &'static str,
+        #[serde(serialize_with = "abscissa")]
         x: Vec<f64>,
+        #[serde(serialize_with = "rounded")]
         low: Vec<f64>,
+        #[serde(serialize_with = "rounded")]
         high: Vec<f64>,
     },
 }
@@ -57,9 +60,47 @@ pub(crate) enum Series {
 pub(crate) struct Points {
     pub name: String,
     pub colour: &'static str,
+    #[serde(serialize_with = "abscissa")]
     pub x: Vec<f64>,
     /// What is not finite is a gap.
+    #[serde(serialize_with = "rounded")]
     pub y: Vec<f64>,
+}
+
+/// Numbers to five digits: more than any screen shows, in a third of the letters.
+fn rounded<S: Serializer>(values: &[f64], serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.collect_seq(values.iter().map(|&value| short(value, 5)))
+}
+
+/// `value` to so many significant digits.
+fn short(value: f64, digits: usize) -> f64 {
+    format!("{value:.*e}", digits - 1).parse().unwrap_or(value)
+}
+
+/// Evenly spaced values as three numbers, others to seven digits: a time to 10 µs in a minute.
+fn abscissa<S: Serializer>(x: &[f64], serializer: S) -> Result<S::Ok, S::Error> {
+    #[derive(Serialize)]
+    struct Even {
+        from: f64,
+        step: f64,
+        count: usize,
+    }
+    if let ([from, .., to], true) = (x, x.len() > 3) {
+        let step = (to - from) / (x.len() - 1) as f64;
+        let even = (0..)
+            .zip(x)
+            .all(|(k, value): (i32, _)| (value - (from + f64::from(k) * step)).abs() < 1e-3 * step);
+        if even {
+            let count = x.len();
+            return Even {
+                from: *from,
+                step,
+                count,
+            }
+            .serialize(serializer);
+        }
+    }
+    serializer.collect_seq(x.iter().map(|&value| short(value, 7)))
 }
 
 /// A vertical line with a name.

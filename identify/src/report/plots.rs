@@ -53,24 +53,123 @@ pub(super) fn spectrum(curves: &[Curve], lines: &[f64]) -> Vec<Panel> {
     curves.iter().map(panel).collect()
 }
 
-/// Signals of the ride and of the model over time, a panel a channel.
-pub(super) fn traces(traces: &[Trace]) -> Vec<Panel> {
+/// Signals of the ride and of the model over time, a panel a channel, each curve of about `most`
+/// points. Windows that cover less than half of the time stand side by side.
+pub(super) fn traces(traces: &[Trace], most: usize) -> Vec<Panel> {
     let panel = |trace: &Trace| {
         let (factor, unit) = shown(&trace.unit);
+        let placed = Placed::of(trace);
         let curve = |name, colour, y: &[f64]| {
-            Series::Line(points(name, colour, &trace.time, scaled(y, factor)))
+            let (x, y) = placed.curve(&scaled(y, factor));
+            let (x, y) = thinned(&x, &y, most);
+            Series::Line(points(name, colour, &x, y))
         };
         Panel {
-            x: Axis::linear("time [s]"),
+            x: Axis::linear(placed.label),
             y: Axis::linear(format!("{} [{unit}]", words(&trace.channel))),
             series: vec![
                 curve("measured", GREY, &trace.measured),
                 curve("model", VERMILLION, &trace.model),
             ],
-            marks: Vec::new(),
+            marks: placed.marks.clone(),
         }
     };
     traces.iter().map(panel).collect()
+}
+
+/// Where the samples of a trace are drawn.
+struct Placed<'a> {
+    trace: &'a Trace,
+    label: &'static str,
+    /// Start of each window on the axis; empty where all are drawn at their own time.
+    starts: Vec<f64>,
+    marks: Vec<Mark>,
+}
+
+/// Windows up to this number are named.
+const NAMED: usize = 12;
+
+impl<'a> Placed<'a> {
+    fn of(trace: &'a Trace) -> Self {
+        let plain = Self {
+            trace,
+            label: "time [s]",
+            starts: Vec::new(),
+            marks: Vec::new(),
+        };
+        if !trace.is_sparse() {
+            return plain;
+        }
+        let (mut starts, mut marks, mut at) = (Vec::new(), Vec::new(), 0.0);
+        for window in &trace.windows {
+            let (from, to) = (trace.time[window.start], trace.time[window.end - 1]);
+            let named = trace.windows.len() <= NAMED;
+            marks.push(Mark {
+                x: at,
+                name: if named {
+                    format!("{from:.1} s")
+                } else {
+                    String::new()
+                },
+            });
+            starts.push(at);
+            // a tenth of a window between two
+            at += 1.1 * (to - from);
+        }
+        Self {
+            label: "windows side by side, each over its own time [s]",
+            starts,
+            marks,
+            ..plain
+        }
+    }
+
+    /// The curve of `y`, with a gap between windows.
+    fn curve(&self, y: &[f64]) -> (Vec<f64>, Vec<f64>) {
+        let time = &self.trace.time;
+        if self.trace.windows.is_empty() {
+            return (time.clone(), y.to_vec());
+        }
+        let (mut xs, mut ys) = (Vec::new(), Vec::new());
+        for (k, window) in self.trace.windows.iter().enumerate() {
+            let own = time[window.start];
+            let start = self.starts.get(k).copied().unwrap_or(own);
+            xs.extend(time[window.clone()].iter().map(|t| t - own + start));
+            ys.extend_from_slice(&y[window.clone()]);
+            xs.extend(xs.last().copied());
+            ys.push(f64::NAN);
+        }
+        (xs, ys)
+    }
+}
+
+/// A curve of about `most` points: the extremes of every few neighbours, in their order; gaps stay.
+fn thinned(x: &[f64], y: &[f64], most: usize) -> (Vec<f64>, Vec<f64>) {
+    if x.len() <= most {
+        return (x.to_vec(), y.to_vec());
+    }
+    let half = x.len().div_ceil(most.max(2));
+    let (mut xs, mut ys) = (Vec::new(), Vec::new());
+    for (x, y) in x.chunks(2 * half).zip(y.chunks(2 * half)) {
+        let by = |a: &usize, b: &usize| y[*a].total_cmp(&y[*b]);
+        let finite = || (0..y.len()).filter(|&i| y[i].is_finite());
+        if let (Some(least), Some(largest)) = (finite().min_by(by), finite().max_by(by)) {
+            // on an even grid of their own, which is three numbers
+            let places = [0, half.min(x.len() - 1)];
+            for (place, k) in places
+                .into_iter()
+                .zip([least.min(largest), least.max(largest)])
+            {
+                xs.push(x[place]);
+                ys.push(y[k]);
+            }
+        }
+        if y.iter().any(|v| !v.is_finite()) {
+            xs.push(x[x.len() - 1]);
+            ys.push(f64::NAN);
+        }
+    }
+    (xs, ys)
 }
 
 /// Where the searches from many starts ended, the least cost first, over that least cost.

@@ -3,8 +3,9 @@
 use super::markup::{cell, escape, paragraph, symbol, table};
 use super::number::{exact, exact_with_unit};
 use super::words::words;
+use crate::bicycles::{Bicycle, Changes};
 use crate::figure::shown;
-use crate::free::{Free, Scope};
+use crate::free::{Candidate, Free, Scope};
 use crate::model::Spec;
 use crate::plan::Plan;
 use crate::ride::base;
@@ -72,7 +73,7 @@ fn origin(ride: &Recorded, run: &Run) -> String {
             exact_with_unit(start.speed, "m/s")
         ),
     );
-    entry("Seed", &run.asked.seed.to_string());
+    entry("Seed", &run.asked.effort.seed.to_string());
     text + "</dl>\n"
 }
 
@@ -113,47 +114,25 @@ fn changed(name: &str, value: f64) -> Option<(String, Vec<String>)> {
     ))
 }
 
-/// The fit as it would be typed. What was changed of another set than the nominal one is not in
-/// it: the table of values has it.
+/// The fit as it would be typed; the same result comes of it.
 fn command(run: &Run) -> String {
-    // several rides share how they were read, or a study says it
     let (fit, asked) = (&run.fit, &run.asked);
-    let Recorded { source, start, .. } = &run.rides[0];
     let mut words = vec!["wobble fit".into()];
-    words.extend(run.rides.iter().map(|ride| quoted(&ride.source.file)));
+    match &asked.study {
+        Some(study) => words.push(format!("--study {}", quoted(study))),
+        None => words.extend(ridden(run)),
+    }
     let mut option = |name: &str, value: String| words.push(format!("--{name} {value}"));
     match &asked.model {
+        Spec::Equations => {}
+        Spec::Simulated(_) => option("model", "simulated".into()),
         Spec::Fmu { origin, .. } => option("model", quoted(&origin.file)),
-        native => {
-            option("bicycle", quoted(&start.bicycle));
-            option("formulation", start.formulation.clone());
-            if let Spec::Simulated(_) = native {
-                option("model", "simulated".into());
-            }
-        }
     }
     if let Some(count) = asked.model.seeds().and_then(|seeds| seeds.count) {
         option("seeds", count.to_string());
     }
-    option("set", format!("speed={}", start.speed));
-    if start.bicycle == "nominal" {
-        // where every spectral fit starts unless told
-        let started = Plan::default().excitation.remnant_intensity;
-        for (name, value) in &start.rows {
-            let nominal = Free::new(name).map_or(*value, |free| free.row.nominal);
-            if *value != nominal && (name != "remnant_intensity" || *value != started) {
-                option("set", format!("{name}={value}"));
-            }
-        }
-    }
-    if let Some(map) = &source.map {
-        option("map", quoted(map));
-    }
-    if let Some(rate) = source.rate {
-        option("rate", rate.to_string());
-    }
-    if let Some((start, stop)) = source.times {
-        option("times", format!("{start}:{stop}"));
+    if let Some(windows) = &asked.windows {
+        option("windows", quoted(windows));
     }
     option("objective", fit.objective.name().into());
     option("channels", fit.channels.join(","));
@@ -202,18 +181,79 @@ fn command(run: &Run) -> String {
         }
     }
     option("max-iterations", asked.max_iterations.to_string());
-    option("seed", asked.seed.to_string());
-    if source.resample {
-        words.push("--resample".into());
+    let effort = &asked.effort;
+    option("seed", effort.seed.to_string());
+    for (name, count) in [
+        ("starts", effort.starts as u64),
+        ("population", effort.population),
+        ("bootstrap", effort.bootstrap),
+    ] {
+        if count > 0 {
+            option(name, count.to_string());
+        }
+    }
+    for (name, is_asked) in [("profile", effort.profiles), ("reduce", effort.reduce)] {
+        if is_asked {
+            words.push(format!("--{name}"));
+        }
     }
     words.join(" ")
 }
 
+/// The rides as they would be typed, how they are read, and the bicycle that was ridden: rides that
+/// no study names share them.
+fn ridden(run: &Run) -> Vec<String> {
+    let Recorded { source, start, .. } = &run.rides[0];
+    let mut words: Vec<String> = run
+        .rides
+        .iter()
+        .map(|ride| quoted(&ride.source.file))
+        .collect();
+    let mut option = |name: &str, value: String| words.push(format!("--{name} {value}"));
+    // an FMU is the bicycle itself
+    if !matches!(run.asked.model, Spec::Fmu { .. }) {
+        option("bicycle", quoted(&start.bicycle));
+        option("formulation", start.formulation.clone());
+    }
+    option("set", format!("speed={}", start.speed));
+    // what was changed of the bicycle; of a file that is gone, against the nominal one
+    let known = Bicycle::open(&start.bicycle, &Changes::default());
+    let known = known.map_or_else(
+        |_| Candidate::default(),
+        |bicycle| Candidate {
+            parameters: bicycle.parameters,
+            excitation: bicycle.excitation,
+            ..Candidate::default()
+        },
+    );
+    // where every spectral fit starts unless told
+    let started = Plan::default().excitation.remnant_intensity;
+    for (name, value) in &start.rows {
+        let own = Free::new(name).map_or(*value, |free| known.get(&free));
+        if *value != own && (name != "remnant_intensity" || *value != started) {
+            option("set", format!("{name}={value}"));
+        }
+    }
+    if let Some(map) = &source.map {
+        option("map", quoted(map));
+    }
+    if let Some(rate) = source.rate {
+        option("rate", rate.to_string());
+    }
+    if let Some((start, stop)) = source.times {
+        option("times", format!("{start}:{stop}"));
+    }
+    if source.resample {
+        words.push("--resample".into());
+    }
+    words
+}
+
 /// A word of a command line, in quotes where a shell would take it apart.
-fn quoted(word: &str) -> String {
+pub fn quoted(word: &str) -> String {
     if word
         .chars()
-        .all(|c| c.is_alphanumeric() || "._-/:\\".contains(c))
+        .all(|c| c.is_alphanumeric() || "._-/:=,+%@\\".contains(c))
     {
         word.into()
     } else {

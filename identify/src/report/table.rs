@@ -1,10 +1,12 @@
 //! The table of parameters, as cells and as plain text.
 
+use super::further;
 use super::number::Numbers;
 use super::words::{advice, misfit, work};
 use crate::fit::Fit;
 use crate::free::Free;
 use crate::ride::base;
+use crate::run::Run;
 use crate::verdict::Estimate;
 use std::fmt::Write as _;
 
@@ -85,9 +87,10 @@ pub(crate) fn aligned<const N: usize>(rows: &[[String; N]]) -> String {
     text.replace('\u{a0}', " ")
 }
 
-/// What a fit says in a terminal: [`table`], then how well the model explains the ride and how the
-/// search ended.
-pub fn summary(fit: &Fit) -> String {
+/// What a fit says in a terminal: [`table`], then how well the model explains the ride, how the
+/// search ended, and what came of all that was asked besides.
+pub fn summary(run: &Run) -> String {
+    let fit = &run.fit;
     let mut text = table(fit) + "\n" + &wrapped(&misfit(fit));
     let several = fit.explained.len() > 1;
     for (ride, replay) in fit
@@ -110,7 +113,11 @@ pub fn summary(fit: &Fit) -> String {
     for note in &fit.notes {
         text += &wrapped(&format!("note: {note}"));
     }
-    text + &wrapped(&work(fit))
+    text += &wrapped(&work(fit));
+    for line in further::lines(run) {
+        text += &wrapped(&line);
+    }
+    text
 }
 
 /// Columns that `text` takes in a terminal: combining marks, as the dot of θ̇, take none.

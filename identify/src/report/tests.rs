@@ -27,9 +27,13 @@ fn ridden(synthesis: &Synthesis, plan: &Plan) -> (Run, Ride) {
         notes: vec!["resampled to 200 Hz".into()],
     };
     let rides = [plan.ridden(&ride)];
-    let (problem, fit) = fit(&rides, plan, &Effort::default(), &Watch::default()).unwrap();
+    let effort = Effort {
+        seed: 7,
+        ..Effort::default()
+    };
+    let (problem, fit) = fit(&rides, plan, &effort, &Watch::default()).unwrap();
     let recorded = Recorded::new(source, "nominal", &rides[0], plan);
-    (Run::new(vec![recorded], plan, &problem, 7, fit), ride)
+    (Run::new(vec![recorded], plan, &problem, &effort, fit), ride)
 }
 
 fn check_page(run: &Run, ride: &Ride) -> String {

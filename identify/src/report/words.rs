@@ -104,7 +104,29 @@ fn of<'a>(estimates: &[&'a Estimate], kind: fn(&str) -> bool) -> Vec<&'a Estimat
 }
 
 fn names(estimates: &[&Estimate]) -> String {
-    join(estimates.iter().map(|p| p.name.as_str()))
+    join(named(estimates, str::to_owned).into_iter())
+}
+
+/// The names of `estimates`, each once; of what rides or conditions have of their own, how many.
+fn named(estimates: &[&Estimate], name: impl Fn(&str) -> String) -> Vec<String> {
+    let of = |known: &str| estimates.iter().filter(|p| p.name == known).count();
+    let counted = |known: &str| match of(known) {
+        1 => name(known),
+        n => format!("{} ({n} of them)", name(known)),
+    };
+    let each = distinct(estimates.iter().map(|p| p.name.as_str()));
+    each.into_iter().map(counted).collect()
+}
+
+/// Each of `items` once, in their order.
+pub(super) fn distinct<T: PartialEq>(items: impl Iterator<Item = T>) -> Vec<T> {
+    let mut seen = Vec::new();
+    for item in items {
+        if !seen.contains(&item) {
+            seen.push(item);
+        }
+    }
+    seen
 }
 
 const DAMPING: &str = "effective_damping";
@@ -121,12 +143,24 @@ fn friction(name: &str) -> bool {
 fn subject(fit: &Fit) -> String {
     let channels = join(fit.channels.iter().map(|name| words(name)));
     match (fit.objective, fit.channels.len()) {
-        (Objective::Time | Objective::Frf, _) => {
-            "This ride, although its steer torque was measured, does".into()
-        }
+        (Objective::Time | Objective::Frf, _) => match fit.explained.len() {
+            0 | 1 => "This ride, although its steer torque was measured, does".into(),
+            n => format!("These {n} rides, although their steer torque was measured, do"),
+        },
         (Objective::FreeResponse, _) => "Free responses do".into(),
+        (_, 1) if fit.explained.len() > 1 => {
+            format!("{} of {} alone does", capitalised(&channels), rides(fit))
+        }
         (_, 1) => format!("{} alone does", capitalised(&channels)),
-        _ => format!("{} of one ride do", capitalised(&channels)),
+        _ => format!("{} of {} do", capitalised(&channels), rides(fit)),
+    }
+}
+
+/// How many rides were fitted, in words.
+fn rides(fit: &Fit) -> String {
+    match fit.explained.len() {
+        0 | 1 => "one ride".into(),
+        n => format!("{n} rides"),
     }
 }
 
@@ -205,10 +239,21 @@ pub(super) fn headline(fit: &Fit) -> String {
     let value = |p: &&Estimate| format!("{} {}", words(&p.name), Numbers::of(p).in_words());
     let mut parts = Vec::new();
     if judged > 0 {
-        let values = join(determined.iter().map(value));
-        parts.push(match determined.len() {
-            0 => format!("none of {judged} parameters determined"),
-            n => format!("{n} of {judged} parameters determined: {values}"),
+        // of what many rides have of their own the table gives the values
+        let (own, one): (Vec<&Estimate>, Vec<&Estimate>) = (determined.iter()).partition(|p| {
+            determined
+                .iter()
+                .filter(|other| other.name == p.name)
+                .count()
+                > 1
+        });
+        let own = named(&own, words);
+        let values = join(one.iter().map(value).chain(own));
+        parts.push(match (determined.len(), judged) {
+            (0, 1) => format!("the one parameter is {}", one_verdict(fit)),
+            (0, _) => format!("none of {judged} parameters determined"),
+            (1, 1) => format!("the one parameter is determined: {values}"),
+            (n, _) => format!("{n} of {judged} parameters determined: {values}"),
         });
     }
     for verdict in [Verdict::Weak, Verdict::NotDetermined] {
@@ -218,7 +263,7 @@ pub(super) fn headline(fit: &Fit) -> String {
             parts.push(format!(
                 "{}: {}",
                 verdict.name(),
-                join(names.iter().map(|p| words(&p.name)))
+                join(named(&names, words).into_iter())
             ));
         }
     }
@@ -243,6 +288,14 @@ pub(super) fn headline(fit: &Fit) -> String {
             "{sentence} The search did not converge: {}.",
             fit.termination
         )
+    }
+}
+
+/// The verdict on the parameter of a fit that judges one.
+fn one_verdict(fit: &Fit) -> &'static str {
+    match with(fit, Verdict::Weak).len() {
+        1 => "weakly determined",
+        _ => "not determined",
     }
 }
 

@@ -29,7 +29,10 @@ fn a_slice_is_half_open_in_time() {
     assert_eq!(slice.channel("steer").unwrap(), [0.2, 0.3]);
     assert_eq!(slice.time(0), 2.005);
     assert_eq!(slice.notes, ["cut to 2.005 to 2.01 s"]);
-    assert_eq!(ride().slice(0.0..9.0).unwrap().len(), 6);
+    for outside in [0.0..9.0, -5.0..2.01, f64::NAN..2.01] {
+        let refused = ride().slice(outside).unwrap_err();
+        assert!(matches!(refused, Error::Window { .. }), "{refused}");
+    }
     assert_eq!(
         ride().slice(7.0..9.0).unwrap_err().to_string(),
         "ride: expected a window of at least 2 samples within 2 to 2.025 s, found 7 to 9 s"

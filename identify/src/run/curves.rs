@@ -14,6 +14,7 @@ use crate::synthesis::{SensorNoise, Synthesis};
 use bicycle::Input;
 use nalgebra::{Complex, DVector};
 use serde::Serialize;
+use std::ops::Range;
 
 /// Measured and expected spectrum of a channel: amplitudes of sines [SI].
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -43,6 +44,8 @@ pub struct Trace {
     pub unit: String,
     /// Times [s].
     pub time: Vec<f64>,
+    /// The windows that were replayed, as ranges of the samples here; none of a seeded ride.
+    pub windows: Vec<Range<usize>>,
     /// Measured.
     pub measured: Vec<f64>,
     /// Of the model: a replay, or a seeded ride that shares nothing with the measured one but
@@ -67,6 +70,10 @@ pub struct Responded {
     pub expected_magnitude: Vec<f64>,
     /// Phase of the fitted model [°].
     pub expected_phase: Vec<f64>,
+    /// Measured over expected magnitude, its logarithm in random errors of the bin.
+    pub magnitude_residual: Vec<f64>,
+    /// Measured less expected phase in random errors of the bin.
+    pub phase_residual: Vec<f64>,
 }
 
 impl Run {
@@ -106,11 +113,15 @@ impl Run {
             )?;
             let replay = |ride: &Time, z: &DVector<f64>| {
                 let samples: Vec<usize> = ride.samples().collect();
-                Ok((samples, ride.replay_all(z)?))
+                Ok((
+                    samples,
+                    behind_each_other(ride.ranges()),
+                    ride.replay_all(z)?,
+                ))
             };
             let replayed = windows.each(&found.outcome.point, replay);
             let trace = |(replayed, ride): (Result<Replayed>, &Ride)| {
-                let (samples, replayed) = replayed?;
+                let (samples, windows, replayed) = replayed?;
                 let channels = problem.channels.iter().zip(replayed);
                 channels
                     .map(|(channel, model)| {
@@ -118,6 +129,7 @@ impl Run {
                         let measured = samples.iter().map(|&i| all[i]).collect();
                         Ok(Trace {
                             time: samples.iter().map(|&i| ride.time(i)).collect(),
+                            windows: windows.clone(),
                             ..trace(channel, ride, measured, model)?
                         })
                     })
@@ -157,7 +169,7 @@ impl Run {
             duration: ride.duration(),
             rate: ride.rate(),
             noise: SensorNoise::NONE,
-            seed: self.asked.seed,
+            seed: self.asked.effort.seed,
             ..Synthesis::default()
         };
         let Ok(simulated) = synthesis.ride() else {
@@ -178,13 +190,48 @@ fn trace(channel: &str, ride: &Ride, measured: Vec<f64>, model: Vec<f64>) -> Res
         channel: channel.into(),
         unit: crate::ride::quantity(channel)?.unit.symbol.to_owned(),
         time: (0..model.len()).map(|i| ride.time(i)).collect(),
+        windows: Vec::new(),
         measured,
         model,
     })
 }
 
-/// Samples of a ride, and each channel replayed there.
-type Replayed = (Vec<usize>, Vec<Vec<f64>>);
+/// Samples of a ride, the windows among them, and each channel replayed there.
+type Replayed = (Vec<usize>, Vec<Range<usize>>, Vec<Vec<f64>>);
+
+/// Ranges as long as `windows`, the next from where the last ends.
+fn behind_each_other(windows: &[Range<usize>]) -> Vec<Range<usize>> {
+    let mut end = 0;
+    let next = |window: &Range<usize>| {
+        let start = end;
+        end += window.len();
+        start..end
+    };
+    windows.iter().map(next).collect()
+}
+
+impl Trace {
+    /// Whether its windows cover less than half of the time from first to last.
+    pub fn is_sparse(&self) -> bool {
+        let (Some(first), Some(last)) = (self.time.first(), self.time.last()) else {
+            return false;
+        };
+        let length = |window: &Range<usize>| self.time[window.end - 1] - self.time[window.start];
+        self.windows.len() > 1
+            && self.windows.iter().map(length).sum::<f64>() < 0.5 * (last - first)
+    }
+
+    /// The residual, measured less modelled, of each window [SI].
+    pub fn residuals(&self) -> Vec<Vec<f64>> {
+        let both = |window: &Range<usize>| {
+            let pairs = self.measured[window.clone()]
+                .iter()
+                .zip(&self.model[window.clone()]);
+            pairs.map(|(measured, model)| measured - model).collect()
+        };
+        self.windows.iter().map(both).collect()
+    }
+}
 
 /// A ride's frequency responses beside those of the model at `z`.
 fn responded(frf: &Frf, z: &DVector<f64>) -> Result<Vec<Responded>> {
@@ -196,8 +243,13 @@ fn responded(frf: &Frf, z: &DVector<f64>) -> Result<Vec<Responded>> {
         let turned = |(point, model): (&Point, &Complex<f64>)| {
             (model.arg() + (point.response / model).arg()).to_degrees()
         };
+        let residuals: Vec<Complex<f64>> = (points.iter().zip(&model))
+            .map(|(point, model)| (point.response / model).ln() / point.error)
+            .collect();
         Responded {
             channel: (*channel).into(),
+            magnitude_residual: residuals.iter().map(|r| r.re).collect(),
+            phase_residual: residuals.iter().map(|r| r.im).collect(),
             frequency: of(|p| p.frequency),
             magnitude: points.iter().map(|p| decibels(&p.response)).collect(),
             phase: points.iter().zip(&model).map(turned).collect(),

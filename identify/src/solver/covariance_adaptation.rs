@@ -323,6 +323,11 @@ impl<'a> Solver<&'a Costs<'a>, Here<()>> for CovarianceAdaptation<'a> {
     }
 }
 
+/// Usual size of a generation in `n` variables (Hansen 2016).
+pub fn generation(n: usize) -> usize {
+    4 + (3.0 * (n as f64).ln()) as usize
+}
+
 /// Searches the whole box for the least cost, until the budget is used: `costs` gives the worth of
 /// the points of a generation, and may do so in any way that depends on nothing else. The outcome
 /// is converged if a population has converged to its cost within a thousandth. Each generation is in
@@ -368,14 +373,15 @@ pub fn evolve(
     Ok(Outcome {
         point: state.get_best_param().expect("the start at least").clone(),
         cost,
-        termination: if spent {
-            format!(
-                "after {} evaluations: {arrived} of {} populations that converged ended at the least cost",
-                count(&state, "cost_count"),
-                ends.len()
-            )
-        } else {
-            STOPPED.into()
+        termination: match (spent, count(&state, "cost_count"), ends.len()) {
+            (false, ..) => STOPPED.into(),
+            (true, evaluations, 0) => {
+                format!("after {evaluations} evaluations, before a population had converged")
+            }
+            (true, evaluations, all) => format!(
+                "after {evaluations} evaluations: {arrived} of {all} populations that converged \
+                 ended at the least cost"
+            ),
         },
         converged: arrived > 0,
         stopped: !spent,
@@ -398,14 +404,16 @@ fn first(plan: &Evolution) -> Generation {
             0.0
         }
     });
-    let usual = 4 + (3.0 * (n as f64).ln()) as usize;
     Generation {
         number: 0,
         evaluations: 0,
         failures: 0,
         best: None,
         ends: Vec::new(),
-        descent: Descent::new(mean.collect(), plan.population.unwrap_or(usual).max(4)),
+        descent: Descent::new(
+            mean.collect(),
+            plan.population.unwrap_or(generation(n)).max(4),
+        ),
     }
 }
 

@@ -61,6 +61,8 @@ pub enum Rule {
     Insensitivity,
     /// Cramér–Rao bound above [`CRAMER_RAO`].
     CramerRao,
+    /// Where the search ended it was at a bound, which is no estimate.
+    Bound,
 }
 
 /// Sensitivities of the free parameters at `values` [SI] from what the data know there. `caution`

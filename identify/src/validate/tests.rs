@@ -55,7 +55,7 @@ fn run(ride: &Ride, objective: Objective, free: &[&str]) -> Run {
     let ridden = plan.ridden(ride);
     let recorded = Recorded::new(Source::of(ride), "nominal", &ridden, &plan);
     let (problem, fit) = fit(&[ridden], &plan, &Effort::default(), &Watch::default()).unwrap();
-    Run::new(vec![recorded], &plan, &problem, 1, fit)
+    Run::new(vec![recorded], &plan, &problem, &Effort::default(), fit)
 }
 
 const SPECTRAL: [&str; 3] = [
@@ -171,7 +171,7 @@ fn given_windows_are_replayed_under_the_gain_that_rides_share() {
         fitted.iter().map(recorded).collect(),
         &plan,
         &problem,
-        1,
+        &Effort::default(),
         fit,
     );
     let in_windows = |windows| {

@@ -18,9 +18,10 @@ use std::path::Path;
 /// Which bicycle.
 #[derive(Args)]
 pub struct BicycleArguments {
-    /// Named set (nominal, section3, sbw-delft, benchmark, browser, browser-jason, ...) or TOML file
-    #[arg(long, default_value = "nominal", value_name = "NAME|FILE")]
-    bicycle: String,
+    /// Named set (nominal, section3, sbw-delft, benchmark, browser, browser-jason, ...) or TOML
+    /// file [default: nominal]
+    #[arg(long, value_name = "NAME|FILE")]
+    bicycle: Option<String>,
     /// Set a row of the table, the start value of an input, or formulation
     #[arg(long, value_name = "NAME=VALUE")]
     set: Vec<String>,
@@ -57,10 +58,15 @@ impl BicycleArguments {
         }
     }
 
+    /// The set or the file meant, as it was typed.
+    pub fn name(&self) -> &str {
+        self.bicycle.as_deref().unwrap_or("nominal")
+    }
+
     /// The bicycle meant; its notes are told on stderr.
     pub fn open(&self) -> Result<Bicycle> {
-        let bicycle = Bicycle::open(&self.bicycle, &self.changes())
-            .map_err(|cause| misnamed(cause, "--bicycle", &self.bicycle))?;
+        let bicycle = Bicycle::open(self.name(), &self.changes())
+            .map_err(|cause| misnamed(cause, "--bicycle", self.name()))?;
         tell(&bicycle);
         Ok(bicycle)
     }
@@ -99,6 +105,43 @@ impl BicycleArguments {
         bicycle.change(&self.changes())?;
         tell(bicycle);
         Ok(())
+    }
+}
+
+/// Which bicycle was ridden; by which equations it is read says the fit.
+#[derive(Args)]
+pub struct RiddenArguments {
+    /// Bicycle of the rides, where it is another than that of the fit: named set or TOML file
+    #[arg(long, value_name = "NAME|FILE")]
+    bicycle: Option<String>,
+    /// Set a row of its table
+    #[arg(long, value_name = "NAME=VALUE")]
+    set: Vec<String>,
+    /// Load on its rear carrier
+    #[arg(long, value_name = "MASS", allow_hyphen_values = true)]
+    load: Option<String>,
+    /// Put another rider on: mass and height, e.g. 75kg,1.78m
+    #[arg(long, value_name = "MASS,HEIGHT", allow_hyphen_values = true)]
+    rider: Option<String>,
+}
+
+impl RiddenArguments {
+    /// Whether none was given.
+    pub fn is_empty(&self) -> bool {
+        let single = [&self.bicycle, &self.load, &self.rider];
+        self.set.is_empty() && single.into_iter().all(Option::is_none)
+    }
+
+    /// The bicycle meant; its notes are told on stderr.
+    pub fn open(&self) -> Result<Bicycle> {
+        let arguments = BicycleArguments {
+            bicycle: self.bicycle.clone(),
+            set: self.set.clone(),
+            load: self.load.clone(),
+            rider: self.rider.clone(),
+            formulation: None,
+        };
+        arguments.open()
     }
 }
 

@@ -4,7 +4,7 @@ mod against;
 
 use crate::arguments::{SpectrumArguments, quantity};
 use crate::model::positive;
-use crate::output::{Output, Progress};
+use crate::output::{Output, Progress, typed};
 use against::StudyArguments;
 use anyhow::{Result, bail};
 use bicycle::quantity::S;
@@ -289,8 +289,7 @@ impl Cosim {
     /// Writes the page that `page` makes of what was typed, if one was asked for.
     fn write_page(&self, page: impl FnOnce(&str) -> String) -> Result<()> {
         if let Some(path) = &self.report {
-            let typed: Vec<String> = std::env::args().skip(1).collect();
-            file::write(path, page(&format!("wobble {}", typed.join(" "))))?;
+            file::write(path, page(&typed()))?;
             eprintln!("wrote {}", path.display());
         }
         Ok(())

@@ -5,7 +5,7 @@ use crate::arguments::{
 };
 use crate::modelling::ModelArguments;
 use crate::output::{Output, Progress};
-use anyhow::{Context, Result};
+use anyhow::Result;
 use bicycle::Formulation;
 use bicycle::quantity::S;
 use clap::Args;
@@ -21,7 +21,7 @@ use identify::ride::{Ride, quantity as channel_row};
 use identify::run::{Recorded, Run, Source};
 use identify::study::{Entry, Study};
 use identify::{file, report};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 #[derive(Args)]
 pub struct Fit {
@@ -29,7 +29,9 @@ pub struct Fit {
     #[arg(required_unless_present = "study")]
     rides: Vec<PathBuf>,
     /// Rides with their bicycles and conditions, TOML
-    #[arg(long, value_name = "FILE", conflicts_with_all = ["rides", "map", "rate", "resample", "times"])]
+    #[arg(long, value_name = "FILE", conflicts_with_all = [
+        "rides", "map", "rate", "resample", "times", "bicycle", "set", "load", "rider", "formulation"
+    ])]
     study: Option<PathBuf>,
     #[command(flatten)]
     reading: RideArguments,
@@ -123,8 +125,15 @@ pub struct EffortArguments {
 }
 
 impl EffortArguments {
-    fn effort(&self, seed: u64) -> Effort {
-        Effort {
+    fn effort(&self, seed: u64) -> Typed<Effort> {
+        if self.bootstrap == 1 {
+            let form = Error::Form {
+                expected: "2 fits or more, which can scatter",
+                found: "1".into(),
+            };
+            return Err(form.typed("--bootstrap 1"));
+        }
+        Ok(Effort {
             starts: self.starts,
             population: self.population,
             profiles: self.profile,
@@ -132,7 +141,7 @@ impl EffortArguments {
             reduce: self.reduce,
             seed,
             resume: self.resume.clone(),
-        }
+        })
     }
 }
 
@@ -146,8 +155,13 @@ struct Asked {
 
 impl Fit {
     pub fn run(&self) -> Result<()> {
+        let effort = self.effort.effort(self.seed)?;
         let model = self.model.open(self.seed)?;
         let asked = self.asked(&model)?;
+        let outputs = [&self.output.out, &self.report];
+        let outputs = outputs.into_iter().flatten().map(PathBuf::as_path);
+        // a study names its rides itself
+        file::check_apart(outputs, asked.iter().map(|a| Path::new(&a.source.file)))?;
         let mut plan = self.plan(&asked[0].bicycle, model)?;
         check_formulation(&asked)?;
         let rides: Vec<Ride> = asked.iter().map(|a| a.ride.clone()).collect();
@@ -167,12 +181,14 @@ impl Fit {
         let origins = asked
             .iter()
             .map(|a| (a.source.clone(), a.bicycle.name.as_str()));
-        let effort = self.effort.effort(self.seed);
-        let run = run(&ridden, &plan, &effort, origins.collect())?;
+        let mut run = run(&ridden, &plan, &effort, origins.collect())?;
+        let named = |path: &Option<PathBuf>| path.as_ref().map(|path| path.display().to_string());
+        run.asked.study = named(&self.study);
+        run.asked.windows = named(&self.windows);
         if let Some(path) = &self.report {
             file::write(path, report::html(&run, &rides)?)?;
         }
-        eprint!("{}", report::summary(&run.fit));
+        eprint!("{}", report::summary(&run));
         if self.output.json || self.output.out.is_some() {
             self.output.text(&(run.to_json() + "\n"))?;
         }
@@ -203,7 +219,11 @@ impl Fit {
         }
         let bicycle = match model.foreign() {
             Some(fmu) => self.bicycle.of_fmu(fmu)?,
-            None => self.bicycle.open()?,
+            None => Bicycle {
+                // on record is what opens it again
+                name: self.bicycle.name().to_owned(),
+                ..self.bicycle.open()?
+            },
         };
         let times = self
             .times
@@ -300,6 +320,19 @@ impl Fit {
             ),
             ("--per-ride", &self.per_ride, Change::Scope(Scope::Ride)),
         ];
+        let scopes = || plain.iter().skip(1);
+        for (flag, names, _) in scopes() {
+            let elsewhere = |name: &&String| {
+                scopes().any(|(other, names, _)| other != flag && names.contains(name))
+            };
+            if let Some(name) = names.iter().find(elsewhere) {
+                let form = Error::Form {
+                    expected: "one of --shared, --per-condition and --per-ride for a parameter",
+                    found: name.clone(),
+                };
+                return Err(form.typed(*flag));
+            }
+        }
         for (flag, names, change) in plain {
             for name in names {
                 changes.push((row(flag, name)?.name, change));
@@ -416,16 +449,19 @@ pub fn run(
 ) -> Result<Run> {
     let progress = Progress::new();
     let names: Vec<String> = rides.iter().map(|ridden| ridden.ride.name()).collect();
-    let (problem, fit) = fit::fit(rides, plan, effort, &progress.watch())
-        .with_context(|| format!("fit of {}", names.join(", ")))?;
+    let (problem, fit) = fit::fit(rides, plan, effort, &progress.watch()).map_err(|cause| {
+        let said = cause.to_string();
+        if names.iter().any(|name| said.contains(name)) {
+            return cause.into();
+        }
+        let of = match names.len() {
+            1 => names[0].clone(),
+            n => format!("{n} rides"),
+        };
+        anyhow::Error::new(cause).context(format!("fit of {of}"))
+    })?;
     let recorded = origins.into_iter().zip(rides);
     let recorded =
         recorded.map(|((source, bicycle), ridden)| Recorded::new(source, bicycle, ridden, plan));
-    Ok(Run::new(
-        recorded.collect(),
-        plan,
-        &problem,
-        effort.seed,
-        fit,
-    ))
+    Ok(Run::new(recorded.collect(), plan, &problem, effort, fit))
 }

@@ -9,6 +9,7 @@ mod cases;
 mod cosim;
 mod course;
 mod demo;
+mod files;
 mod fitted;
 mod fitting;
 mod fmu;
@@ -22,7 +23,7 @@ mod rides;
 mod stability;
 mod validate;
 
-use clap::{Parser, Subcommand};
+use clap::{ArgMatches, CommandFactory, FromArgMatches, Parser, Subcommand};
 use identify::error::Error;
 use identify::stop;
 use std::process::ExitCode;
@@ -72,8 +73,33 @@ enum Command {
 }
 
 fn main() -> ExitCode {
-    let program = Program::parse();
-    let outcome = match program.command {
+    let mut command = Program::command();
+    let matches = command.get_matches_mut();
+    let program = Program::from_arg_matches(&matches).unwrap_or_else(|error| error.exit());
+    let outcome = match files_apart(&command, &matches) {
+        Ok(()) => run(program.command),
+        Err(error) => Err(error.into()),
+    };
+    match outcome {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) if output::is_closed_pipe(&error) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("wobble: {}", output::words(&error));
+            let typed = error.downcast_ref::<Error>().is_some_and(Error::is_typed);
+            ExitCode::from(if typed { 2 } else { 1 })
+        }
+    }
+}
+
+/// Looks at the files that the subcommand names.
+fn files_apart(program: &clap::Command, matches: &ArgMatches) -> identify::error::Result<()> {
+    let called = matches.subcommand();
+    let called = called.and_then(|(name, own)| Some((program.find_subcommand(name)?, own)));
+    called.map_or(Ok(()), |(command, own)| files::check(command, own))
+}
+
+fn run(command: Command) -> anyhow::Result<()> {
+    match command {
         Command::Demo(command) => command.run(),
         Command::Parameters(command) => command.run(),
         Command::Inspect(command) => command.run(),
@@ -92,14 +118,5 @@ fn main() -> ExitCode {
         Command::Cosim(command) => command.run(),
         Command::Fmu(command) => command.run(),
         Command::Bench(command) => command.run(),
-    };
-    match outcome {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(error) if output::is_closed_pipe(&error) => ExitCode::SUCCESS,
-        Err(error) => {
-            eprintln!("wobble: {}", output::words(&error));
-            let typed = error.downcast_ref::<Error>().is_some_and(Error::is_typed);
-            ExitCode::from(if typed { 2 } else { 1 })
-        }
     }
 }

@@ -4,9 +4,11 @@ use anyhow::Result;
 use clap::Args;
 use identify::file;
 use identify::progress::{Event, Watch};
+use identify::report::quoted;
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 use std::io::{ErrorKind, Write};
+use std::iter;
 use std::path::PathBuf;
 use std::time::Duration;
 
@@ -42,6 +44,15 @@ impl Output {
             self.text(&text())
         }
     }
+}
+
+/// The command as it was typed, for the record.
+pub fn typed() -> String {
+    let words = std::env::args().skip(1).map(|word| quoted(&word));
+    iter::once("wobble".to_owned())
+        .chain(words)
+        .collect::<Vec<_>>()
+        .join(" ")
 }
 
 /// An error and its causes in one line, each fact once: some errors already quote their cause.

@@ -29,6 +29,8 @@ pub struct Report {
 impl Report {
     pub fn run(&self) -> Result<()> {
         let run = Run::read(&self.fit)?;
+        let own = run.rides.iter().map(|ride| Path::new(&ride.source.file));
+        file::check_apart([self.out.as_path()], own)?;
         let rides = read_again(&run, &self.ride)?;
         file::write(&self.out, report::html(&run, &rides)?)?;
         eprintln!("wrote {}", self.out.display());

@@ -2,7 +2,7 @@
 
 use crate::arguments::{RideArguments, SpectrumArguments};
 use crate::foreign;
-use crate::output::Output;
+use crate::output::{Output, typed};
 use anyhow::Result;
 use clap::Args;
 use identify::compare::{self, Amplitudes, BandRow};
@@ -10,10 +10,10 @@ use identify::error::Error;
 use identify::inspect;
 use identify::ride::Ride;
 use identify::study::Study;
-use identify::{figure, file};
+use identify::{figure, file, report};
 use serde_json::json;
 use std::fmt::Write as _;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 #[derive(Args)]
 pub struct Inspect {
@@ -45,8 +45,7 @@ impl Inspect {
         let ride = self.reading.read_bridging_gaps(&self.ride)?;
         let found = inspect::inspect(&ride);
         if let Some(path) = &self.html {
-            let command = format!("wobble inspect {}", self.ride.display());
-            file::write(path, inspect::html(&ride, &found, &command))?;
+            file::write(path, inspect::html(&ride, &found, &typed()))?;
         }
         if let Some(path) = &self.figure {
             file::write(path, figure::channels(&ride, &found.findings))?;
@@ -61,10 +60,11 @@ impl Inspect {
                 found.start + found.duration
             );
             for c in &found.channels {
+                let [min, max, mean, rms] = [c.min, c.max, c.mean, c.rms].map(number);
                 let _ = writeln!(
                     text,
-                    "  {:18} {:>12.5} to {:>12.5} {:6} mean {:>12.5}  rms {:>12.5}",
-                    c.name, c.min, c.max, c.unit, c.mean, c.rms
+                    "  {:18} {min:>12} to {max:>12} {:6} mean {mean:>12}  rms {rms:>12}",
+                    c.name, c.unit
                 );
             }
             for note in &found.notes {
@@ -75,6 +75,15 @@ impl Inspect {
             }
             text
         })
+    }
+}
+
+/// `value` to five decimals, or in powers of ten where these would not show it.
+fn number(value: f64) -> String {
+    if value == 0.0 || (1e-3..1e5).contains(&value.abs()) {
+        format!("{value:.5}")
+    } else {
+        format!("{value:.3e}")
     }
 }
 
@@ -132,6 +141,9 @@ pub struct Compare {
     /// Figure to write besides, SVG
     #[arg(long, value_name = "FILE")]
     figure: Option<PathBuf>,
+    /// Page to write besides: table and figure
+    #[arg(long, value_name = "FILE")]
+    html: Option<PathBuf>,
     #[command(flatten)]
     output: Output,
 }
@@ -146,13 +158,16 @@ impl Compare {
                     eprintln!("note: {}: {note}", entry.ride.name());
                 }
             }
+            let outputs = [&self.output.out, &self.figure, &self.html];
+            let outputs = outputs.into_iter().flatten().map(PathBuf::as_path);
+            let own = study.rides.iter().map(|ride| Path::new(&ride.source.file));
+            file::check_apart(outputs, own)?;
+            Ride::check_sampled_alike(study.rides.iter().map(|entry| &entry.ride))?;
             let found = compare::loads(&study.rides, &self.channel, &recipe)?;
             for note in &found.notes {
                 eprintln!("note: {note}");
             }
-            if let Some(path) = &self.figure {
-                file::write(path, figure::loads(&found))?;
-            }
+            self.draw(&study.name, &found.table(), || figure::loads(&found))?;
             return self.output.json_or(&found, || found.table());
         }
         let rides: Vec<Ride> = self
@@ -160,16 +175,29 @@ impl Compare {
             .iter()
             .map(|path| self.reading.read(path))
             .collect::<Result<_>>()?;
+        Ride::check_sampled_alike(&rides)?;
         let rows = compare::bands(&rides, &self.channel, &recipe)?;
         let spectra: Vec<_> = rides
             .iter()
             .map(|ride| compare::amplitudes(ride, &self.channel, &recipe))
             .collect::<Result<_, _>>()?;
-        if let Some(path) = &self.figure {
-            file::write(path, draw(&spectra))?;
-        }
+        let title = format!("{} and {} more", spectra[0].ride, spectra.len() - 1);
+        let table = table(&rows, spectra[0].unit);
+        self.draw(&title, &table, || draw(&spectra))?;
         let json = json!({ "channel": self.channel, "bands": rows, "spectra": spectra });
-        self.output.json_or(&json, || table(&rows, spectra[0].unit))
+        self.output.json_or(&json, || table)
+    }
+
+    /// Writes what was asked for of figure and page.
+    fn draw(&self, title: &str, table: &str, figure: impl Fn() -> String) -> Result<()> {
+        if let Some(path) = &self.figure {
+            file::write(path, figure())?;
+        }
+        if let Some(path) = &self.html {
+            let page = report::comparison(title, &self.channel, table, &figure(), &typed());
+            file::write(path, page)?;
+        }
+        Ok(())
     }
 }
 

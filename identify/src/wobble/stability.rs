@@ -1,7 +1,7 @@
 //! Eigenvalues by mode over speed and over any row of the table.
 
 use crate::arguments::BicycleArguments;
-use crate::output::Output;
+use crate::output::{Output, typed};
 use anyhow::Result;
 use bicycle::Input;
 use clap::Args;
@@ -79,11 +79,7 @@ impl Stability {
         if let (Some(path), Some(form)) = (&self.out, form) {
             let text = match form {
                 Form::Svg => figure::stability(&found),
-                Form::Html => {
-                    let command: Vec<String> = std::env::args().skip(1).collect();
-                    let command = format!("wobble {}", command.join(" "));
-                    stability::html(&plan, &found, &set.name, &command)
-                }
+                Form::Html => stability::html(&plan, &found, &set.name, &typed()),
             };
             file::write(path, text)?;
         }

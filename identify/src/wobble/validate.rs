@@ -1,72 +1,94 @@
 //! `wobble validate`: a fit on rides it was not made of.
 
-use crate::arguments::RideArguments;
+use crate::arguments::{RiddenArguments, RideArguments};
 use crate::output::{Output, Progress};
 use crate::report::read_again;
 use anyhow::Result;
 use clap::Args;
+use identify::bicycles::Bicycle;
 use identify::objective::free_response;
 use identify::plan::Ridden;
 use identify::ride::Ride;
 use identify::run::Run;
 use identify::study::{Entry, Study};
 use identify::validate::{self, HeldOut, Validation};
+use identify::{file, report};
 use std::fmt::Write as _;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 #[derive(Args)]
 pub struct Validate {
     /// The fit, as `wobble fit -o` wrote it
     fit: PathBuf,
-    /// Ride files that it was not fitted to
+    /// Ride files that it was not fitted to, of the bicycle of the fit's first ride unless told
     #[arg(required_unless_present = "study")]
     rides: Vec<PathBuf>,
     /// Rides with their bicycles and conditions, TOML: each is predicted with the estimates of its own
     /// condition, where the fit has it
-    #[arg(long, value_name = "FILE", conflicts_with_all = ["rides", "condition", "map", "rate", "resample"])]
+    #[arg(long, value_name = "FILE", conflicts_with_all = [
+        "rides", "condition", "map", "rate", "resample", "bicycle", "set", "load", "rider"
+    ])]
     study: Option<PathBuf>,
     /// Which condition of the fit the rides are of, where it has several
     #[arg(long, value_name = "NAME")]
     condition: Option<String>,
-    /// Windows of free-response, as in fit
+    /// Windows of the rides in which to replay them, as of fit
     #[arg(long, value_name = "FILE")]
     windows: Option<PathBuf>,
     #[command(flatten)]
     reading: RideArguments,
+    #[command(flatten)]
+    bicycle: RiddenArguments,
     /// Formulations to fit again to the fit's own rides, comma-separated
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     formulation: Vec<String>,
     /// The files of the fit's own rides, in their order, where they have moved
     #[arg(long, value_name = "FILE")]
     ride: Vec<PathBuf>,
+    /// The report of the fit with what was found to write besides, HTML
+    #[arg(long, value_name = "FILE")]
+    report: Option<PathBuf>,
     #[command(flatten)]
     output: Output,
+}
+
+/// A ride that was not fitted, and the bicycle it was ridden on.
+struct Unseen {
+    ride: Ride,
+    /// None: that of the fit's first ride.
+    bicycle: Option<Bicycle>,
+    condition: Option<String>,
+}
+
+impl Unseen {
+    fn ridden<'a>(&'a self, run: &Run) -> Result<Ridden<'a>> {
+        let Some(bicycle) = &self.bicycle else {
+            return Ok(validate::unfitted(run, &self.ride, self.condition.as_deref())?);
+        };
+        Ok(Ridden {
+            ride: &self.ride,
+            parameters: bicycle.parameters,
+            speed: bicycle.input.speed,
+            condition: self.condition.clone().unwrap_or_default(),
+            windows: Vec::new(),
+        })
+    }
 }
 
 impl Validate {
     pub fn run(&self) -> Result<()> {
         let run = Run::read(&self.fit)?;
-        let law = |ride: &mut Ride| {
-            ride.law_in_loop
-                .get_or_insert(run.rides[0].start.law_in_loop);
-        };
-        let (mut rides, mut entries) = (Vec::new(), Vec::new());
-        if let Some(path) = &self.study {
-            entries = Study::read(path)?.rides;
-            for entry in &mut entries {
-                law(&mut entry.ride);
-            }
+        let unseen = self.unseen(&run)?;
+        let fitted = run.rides.iter().map(|r| Path::new(&r.source.file));
+        let names: Vec<String> = unseen.iter().map(|unseen| unseen.ride.name()).collect();
+        let outputs = [&self.output.out, &self.report];
+        let outputs = outputs.into_iter().flatten().map(PathBuf::as_path);
+        file::check_apart(outputs, fitted.chain(names.iter().map(Path::new)))?;
+        for unseen in &unseen {
+            run.check_sampled(&unseen.ride)?;
         }
-        for path in &self.rides {
-            let mut ride = self.reading.read(path)?;
-            law(&mut ride);
-            rides.push(ride);
-        }
-        let condition = self.condition.as_deref();
-        let mut ridden = (rides.iter())
-            .map(|ride| validate::unfitted(&run, ride, condition))
-            .collect::<Result<Vec<_>, _>>()?;
-        ridden.extend(entries.iter().map(Entry::ridden));
+        let ridden = unseen.iter().map(|unseen| unseen.ridden(&run));
+        let mut ridden = ridden.collect::<Result<Vec<_>>>()?;
         if let Some(path) = &self.windows {
             for ridden in &mut ridden {
                 ridden.windows = free_response::read(path, ridden.ride)?;
@@ -79,7 +101,49 @@ impl Validate {
                 held_out.ride
             );
         }
+        if let Some(path) = &self.report {
+            let own = read_again(&run, &self.ride)?;
+            file::write(path, report::validated(&run, &own, &validation)?)?;
+        }
         self.output.json_or(&validation, || words(&validation))
+    }
+
+    /// The rides named, or those of the study.
+    fn unseen(&self, run: &Run) -> Result<Vec<Unseen>> {
+        let first = &run.rides[0];
+        if let Some(path) = &self.study {
+            let one = |entry: Entry| Unseen {
+                condition: Some(entry.labels.to_string()),
+                ride: entry.ride,
+                bicycle: Some(entry.bicycle),
+            };
+            return Ok(Study::read(path)?.rides.into_iter().map(one).collect());
+        }
+        let bicycle = if self.bicycle.is_empty() {
+            None
+        } else {
+            Some(self.bicycle.open()?)
+        };
+        if bicycle.is_none() {
+            // the load of the fit's ride need not be that of another
+            eprintln!(
+                "note: held-out rides are taken as ridden on the bicycle of {} ({}, {} kg of load); \
+                 --bicycle, --load or --study name another",
+                first.source.file,
+                first.start.bicycle,
+                first.start.rows.get("rear_load").copied().unwrap_or(0.0)
+            );
+        }
+        let one = |path: &PathBuf| {
+            let mut ride = self.reading.read(path)?;
+            ride.law_in_loop.get_or_insert(first.start.law_in_loop);
+            Ok(Unseen {
+                ride,
+                bicycle: bicycle.clone(),
+                condition: self.condition.clone(),
+            })
+        };
+        self.rides.iter().map(one).collect()
     }
 
     fn validation(&self, run: &Run, rides: &[Ridden]) -> Result<Validation> {
