@@ -302,7 +302,7 @@ fn starts_of_windows_have_their_price() {
     let first = plan.ridden(&own[0]);
     let recorded = Recorded::new(Source::of(&own[0]), "nominal", &first, &plan);
     let (problem, fit) = fit(&[first], &plan, &Effort::default(), &Watch::default()).unwrap();
-    let run = Run::new(vec![recorded], &plan, &problem, 1, fit);
+    let run = Run::new(vec![recorded], &plan, &problem, &Effort::default(), fit);
     let names = ["whipple", "whipple_slip", "repaired"].map(String::from);
     let candidates = formulations(&run, &own, &ridden(&run, &other), &names).unwrap();
     let criteria: Vec<_> = (candidates.iter())
@@ -339,7 +339,7 @@ fn a_ride_is_predicted_by_the_estimates_of_its_condition() {
         .map(|r| Recorded::new(Source::of(r.ride), "nominal", r, &plan));
     let recorded = recorded.collect();
     let (problem, fit) = fit(&both, &plan, &Effort::default(), &Watch::default()).unwrap();
-    let run = Run::new(recorded, &plan, &problem, 1, fit);
+    let run = Run::new(recorded, &plan, &problem, &Effort::default(), fit);
     let ride = ride(&soft, 1.2, 24.0, 3);
     let misfit = |condition| {
         let ridden = unfitted(&run, &ride, condition).unwrap();
