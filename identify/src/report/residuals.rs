@@ -5,12 +5,10 @@ use super::plot::{Axis, BLACK, BLUE, GREEN, GREY, Panel, Series, VERMILLION, plo
 use super::plots::points;
 use super::words::words;
 use crate::run::{Curve, Responded, Trace};
-use crate::validate::residual::{BAND, Correlations, whiteness};
+use crate::validate::residual::{BAND, Correlations, Left, whiteness};
 
 /// Colours of channels.
 const COLOURS: [&str; 4] = [BLUE, VERMILLION, GREEN, BLACK];
-/// Lags of an autocorrelation at most.
-const LAGS: usize = 25;
 /// Mean ratio of power that an amplitude over its mean has, squared: E|Y|² = 4/π (E|Y|)².
 const POWER: f64 = std::f64::consts::FRAC_PI_4;
 
@@ -39,7 +37,8 @@ const BINS: &str = "Power of each bin over what the fitted model expects, all ri
 const RATIOS: &str = "Measured over expected response in random errors of the bin: 99 of 100 lie in \
     the band where the model is true.";
 const WINDOWS: &str = "Correlation of the residual with itself, all windows. 99 of 100 lags of a \
-    white residual lie in the band; sensor noise is white, what the model misses is not.";
+    white residual lie in the band; sensor noise is white, what the model misses is not. The free \
+    starts of short windows take a little out of it.";
 
 /// The name of a channel in each ride, with its colour.
 fn channels<T>(rides: &[Vec<T>], name: fn(&T) -> &str) -> Vec<(&str, &'static str)> {
@@ -136,12 +135,12 @@ fn lags(rides: &[Vec<Trace>]) -> Vec<Panel> {
     {
         let own = || rides.iter().filter_map(|ride| ride.get(c));
         let residuals: Vec<Vec<f64>> = own().flat_map(Trace::residuals).collect();
-        let parts: Vec<&[f64]> = residuals.iter().map(Vec::as_slice).collect();
+        let parts: Vec<Left> = residuals.into_iter().map(Left::of).collect();
         let step = own().find_map(|trace| Some(trace.time.get(1)? - trace.time.first()?));
-        let Some(step) = step.filter(|_| parts.iter().any(|part| part.len() > 1)) else {
+        let Some(step) = step.filter(|_| parts.iter().any(|part| part.residual.len() > 1)) else {
             continue;
         };
-        let correlations = whiteness(&parts, step, LAGS).correlations;
+        let correlations = whiteness(&parts, step).correlations;
         panels.push(correlation(
             &format!("{}, autocorrelation", words(name)),
             "lag [s]",

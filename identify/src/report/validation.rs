@@ -78,21 +78,24 @@ const CRITERIA: &str = "Criteria of the rides of the fit: the least is preferred
     values do not. Beside them the error on the held-out rides.";
 
 fn named(held_out: &HeldOut, channel: &str) -> String {
-    let renewed: String = held_out.renewed.iter().fold(String::new(), |mut text, r| {
-        let _ = write!(
-            text,
-            " {} {} here, {} in the fit.",
-            words(&r.name),
-            significant(r.value, 3),
-            significant(r.fitted, 3)
-        );
-        text
-    });
+    let again: String = held_out
+        .reestimated
+        .iter()
+        .fold(String::new(), |mut text, r| {
+            let _ = write!(
+                text,
+                " {} {} here, {} in the fit.",
+                words(&r.name),
+                significant(r.value, 3),
+                significant(r.fitted, 3)
+            );
+            text
+        });
     format!(
         "{}, {}<small>{}</small>",
         escape(base(&held_out.ride)),
         escape(&words(channel)),
-        escape(renewed.trim())
+        escape(again.trim())
     )
 }
 
@@ -124,15 +127,19 @@ fn bands(held_out: &HeldOut) -> Vec<(String, Vec<String>)> {
 
 fn replays(held_out: &HeldOut) -> Vec<(String, Vec<String>)> {
     let percent = |part: f64| format!("{part:.1}\u{a0}%");
-    let row = |replay: &Replayed| {
+    let row = |replayed: &Replayed| {
+        let replay = &replayed.replay;
         let unit = quantity(&replay.channel).map_or("", |row| row.unit.symbol);
         let cells = [
-            percent(replay.fit),
+            percent(replayed.fit),
             percent(100.0 * replay.variance_accounted_for),
             percent(100.0 * replay.median_window),
             with_unit(replay.residual_rms, unit, 3),
-            percent(100.0 * replay.whiteness.correlations.outside),
-            percent(100.0 * replay.torque.outside),
+            percent(100.0 * replayed.whiteness.correlations.outside),
+            replayed
+                .torque
+                .as_ref()
+                .map_or_else(|| "–".into(), |torque| percent(100.0 * torque.outside)),
         ];
         (
             named(held_out, &replay.channel),
@@ -142,22 +149,23 @@ fn replays(held_out: &HeldOut) -> Vec<(String, Vec<String>)> {
     held_out.replays.iter().map(row).collect()
 }
 
-fn diagnosed(replay: &Replayed) -> [Panel; 2] {
-    let name = words(&replay.channel);
-    [
-        correlation(
-            &format!("{name}, with itself"),
-            "lag [s]",
-            BLUE,
-            &replay.whiteness.correlations,
-        ),
+fn diagnosed(replayed: &Replayed) -> Vec<Panel> {
+    let name = words(&replayed.replay.channel);
+    let own = correlation(
+        &format!("{name}, with itself"),
+        "lag [s]",
+        BLUE,
+        &replayed.whiteness.correlations,
+    );
+    let torque = replayed.torque.as_ref().map(|torque| {
         correlation(
             &format!("{name}, with torque"),
             "lag behind the torque [s]",
             VERMILLION,
-            &replay.torque,
-        ),
-    ]
+            torque,
+        )
+    });
+    [own].into_iter().chain(torque).collect()
 }
 
 fn formulations(validation: &Validation) -> String {

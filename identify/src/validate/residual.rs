@@ -26,6 +26,16 @@ pub struct Left {
     pub basis: DMatrix<f64>,
 }
 
+impl Left {
+    /// A residual from which nothing was fitted away.
+    pub fn of(residual: Vec<f64>) -> Self {
+        Self {
+            basis: DMatrix::zeros(residual.len(), 0),
+            residual,
+        }
+    }
+}
+
 /// Correlations at lags, and the band that holds each with probability [`BAND`] where there is
 /// none.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

@@ -63,7 +63,11 @@ struct Unseen {
 impl Unseen {
     fn ridden<'a>(&'a self, run: &Run) -> Result<Ridden<'a>> {
         let Some(bicycle) = &self.bicycle else {
-            return Ok(validate::unfitted(run, &self.ride, self.condition.as_deref())?);
+            return Ok(validate::unfitted(
+                run,
+                &self.ride,
+                self.condition.as_deref(),
+            )?);
         };
         Ok(Ridden {
             ride: &self.ride,
