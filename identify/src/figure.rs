@@ -199,8 +199,17 @@ pub fn traces(traces: &[Trace]) -> String {
         let y_label = format!("{} [{unit}]", words(&trace.channel));
         let mut chart = axes(panel, x_label, x.clone(), &y_label, y)?;
         for (signal, colour) in [(measured, BLACK.mix(0.75)), (model, VERMILLION.mix(0.85))] {
-            let columns = decimated(&signal, &x, WIDTH as usize);
-            chart.draw_series(LineSeries::new(columns, stroke(colour, 0.9)))?;
+            // no line from one window to the next
+            let whole = [0..signal.len()];
+            let windows = if trace.windows.is_empty() {
+                &whole[..]
+            } else {
+                &trace.windows
+            };
+            for window in windows {
+                let columns = decimated(&signal[window.clone()], &x, WIDTH as usize);
+                chart.draw_series(LineSeries::new(columns, stroke(colour, 0.9)))?;
+            }
         }
         Ok(())
     })

@@ -84,6 +84,7 @@ pub fn inspect(ride: &Ride) -> Inspection {
             mean,
             rms,
         } = summary;
+        findings.extend(improbable(channel, rms.hypot(mean), unit));
         if min == max {
             findings.push(Finding::Constant {
                 channel,
@@ -91,7 +92,6 @@ pub fn inspect(ride: &Ride) -> Inspection {
                 unit,
             });
         } else {
-            findings.extend(improbable(channel, rms.hypot(mean), unit));
             if let Some((count, i)) = glitches(x, rms) {
                 let at = ride.span(i, i);
                 findings.push(Finding::Glitch {
@@ -226,7 +226,7 @@ fn lines(ride: &Ride) -> Vec<Finding> {
                 amplitude,
                 unit: row.unit.symbol,
                 // two cones a period
-                cones: speed.map(|speed| speed / (2.0 * frequency)),
+                cones: speed.map(|speed| speed.abs() / (2.0 * frequency)),
             };
             found.push((frequency, line));
         }
@@ -237,7 +237,13 @@ fn lines(ride: &Ride) -> Vec<Finding> {
 impl Summary {
     fn of(name: &'static str, unit: &'static str, x: &[f64]) -> Self {
         let n = x.len() as f64;
-        let mean = x.iter().sum::<f64>() / n;
+        // the mean of one value is that value, to the last digit too
+        let constant = x.iter().all(|value| *value == x[0]);
+        let mean = if constant {
+            x[0]
+        } else {
+            x.iter().sum::<f64>() / n
+        };
         Self {
             name,
             unit,

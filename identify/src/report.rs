@@ -100,7 +100,8 @@ fn page(run: &Run, rides: &[Ride], validation: Option<&Validation>) -> Result<St
     });
     page += &folded(&figures.collect::<Vec<_>>(), "spectra");
     let caption = match fit.objective {
-        Objective::Time | Objective::FreeResponse => REPLAY.into(),
+        Objective::Time => REPLAY.into(),
+        Objective::FreeResponse => FREE.into(),
         _ if lines.is_empty() => RESIDUAL.into(),
         _ => format!("{RESIDUAL} {LINES}"),
     };
@@ -154,6 +155,8 @@ const SPECTRUM: &str = "Amplitudes of sines in the residual of the moving averag
     ride a bin scatters by half its mean: 19 of 20 dots should lie in the band, not on the line.";
 const REPLAY: &str = "The recorded torque replayed in windows, each from a free initial state: \
     the model must follow the record in time, but may jump between windows.";
+const FREE: &str = "Windows in which the bicycle was left to itself, each replayed from a free \
+    initial state without the recorded torque.";
 const RESIDUAL: &str = "Residual of the moving average. The model’s curve is a seeded ride of \
     the fitted bicycle: it has the statistics that were fitted and shares nothing else with the \
     measured ride, so the two are not meant to coincide in time; only size and pace compare.";
@@ -188,7 +191,12 @@ fn parameters(fit: &Fit) -> String {
         )));
         row.push(cell(&escape(&words(&trades))));
         (
-            format!("{}<small>{}</small>", escape(&words(&name)), escape(what)),
+            format!(
+                "{}{}<small>{}</small>",
+                escape(&words(&estimate.name)),
+                escape(&name[estimate.name.len()..]),
+                escape(what)
+            ),
             row,
         )
     };

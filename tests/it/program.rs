@@ -414,7 +414,7 @@ fn calls_that_were_typed_wrong() {
         ),
         (
             "fit ride.csv --free trail --bounds wheelbase=1:2",
-            "unknown free parameter `wheelbase`",
+            "`wheelbase` is held, not free: expected one of trail, remnant_intensity",
         ),
         ("fit ride.csv --objective amplitud", "nearest: amplitude"),
         ("fit ride.csv --channels stear", "nearest: steer"),
@@ -436,11 +436,173 @@ fn calls_that_were_typed_wrong() {
             "a row that may change under way",
         ),
         ("simulate --at 50s:speed=3", "a time within the simulation"),
+        (
+            "fit ride.csv --shared trail --per-ride trail --free trail",
+            "expected one of --shared, --per-condition and --per-ride for a parameter, found `trail`",
+        ),
+        ("fit --study s.toml --load 20kg", "cannot be used with"),
+        (
+            "fit ride.csv --window 0.5s",
+            "--window is offered for the objectives time, frf",
+        ),
+        (
+            "fit ride.csv --bounds cornering_stiffness=20:30",
+            "expected them to hold its start value 14 1/rad, found 20 to 30",
+        ),
+        (
+            "fit ride.csv --times 5s:100s",
+            "within 0 to 23.995 s, found 5 to 100 s",
+        ),
+        (
+            "fit ride.csv --times=-5s:10s",
+            "within 0 to 23.995 s, found -5 to 10 s",
+        ),
+        ("fit ride.csv --bootstrap 1", "expected 2 fits or more"),
+        (
+            "fit ride.csv --population 1",
+            "expected 8 evaluations of the cost, one generation",
+        ),
+        (
+            "fit ride.csv --objective free-response",
+            "(--windows FILE), found none",
+        ),
+        (
+            "fit ride.csv --prior coulomb_friction",
+            "`coulomb_friction` is held, not free",
+        ),
+        (
+            "fit ride.csv --free torque_offset --tie steer_offset=torque_offset",
+            "starts at 0, so that there is no ratio to keep",
+        ),
         ("compare ride.csv", "2 values required"),
         ("frobnicate", "unrecognized subcommand"),
     ] {
         refused(path, call, 2, message);
     }
+}
+
+#[test]
+fn nothing_is_written_over_what_is_read_and_nothing_begun_that_cannot_be_written() {
+    let folder = folder();
+    let path = folder.path();
+    ride(path, 24, "");
+    fs::copy(path.join("ride.csv"), path.join("other.csv")).expect("copied");
+    fs::create_dir(path.join("in")).expect("a folder");
+    let fit = wobble(path, "fit ride.csv -o fit.json");
+    assert_eq!(fit.code, 0, "{}", fit.err);
+    let read = || ["ride.csv", "fit.json"].map(|name| fs::read(path.join(name)).expect("a file"));
+    let before = read();
+    let taken = "expected a file of its own to write to, found one that this call reads";
+    for call in [
+        "fit ride.csv -o ride.csv",
+        "fit ride.csv -o in/../ride.csv",
+        "inspect ride.csv --html ride.csv",
+        "compare other.csv ride.csv --figure ride.csv",
+        "report fit.json -o fit.json",
+        "report fit.json -o ride.csv",
+        "validate fit.json other.csv --report ride.csv",
+        "parameters --fit fit.json --toml fit.json",
+    ] {
+        refused(path, call, 2, taken);
+    }
+    refused(
+        path,
+        "fit ride.csv -o x --report x",
+        2,
+        "found it named twice",
+    );
+    for call in [
+        "fit ride.csv -o none/fit.json --report report.html",
+        "inspect ride.csv --html none/page.html",
+    ] {
+        refused(
+            path,
+            call,
+            1,
+            "cannot be written: No such file or directory",
+        );
+    }
+    refused(
+        path,
+        "fit ride.csv -o in",
+        1,
+        "cannot be written: is a directory",
+    );
+    assert_eq!(read(), before);
+}
+
+#[test]
+fn rides_of_different_sampling_are_not_held_against_each_other() {
+    let folder = folder();
+    let path = folder.path();
+    ride(path, 24, "--step 10ms --seed 2");
+    fs::rename(path.join("ride.csv"), path.join("half.csv")).expect("renamed");
+    ride(path, 24, "");
+    assert_eq!(wobble(path, "fit ride.csv -o fit.json").code, 0);
+    for call in [
+        "fit ride.csv half.csv",
+        "compare ride.csv half.csv",
+        "validate fit.json half.csv",
+    ] {
+        refused(
+            path,
+            call,
+            1,
+            "half.csv: expected 200 Hz as in ride.csv, found 100 Hz",
+        );
+    }
+    refused(
+        path,
+        "validate ride.csv half.csv",
+        1,
+        "expected a fit as `wobble fit -o` writes it",
+    );
+    refused(
+        path,
+        "fit ride.csv --band 1:1.1",
+        1,
+        "as many bins as the 4 free parameters, found 3",
+    );
+    // another run's journal: what to do, not two hashes
+    let call = |seed| format!("fit ride.csv --starts 2 --seed {seed} --resume half");
+    assert_eq!(wobble(path, &call(5)).code, 0);
+    refused(path, &call(6), 1, "or name another file behind --resume");
+}
+
+#[test]
+fn a_validation_and_a_comparison_become_pages_and_a_load_is_believed() {
+    let folder = folder();
+    let path = folder.path();
+    ride(path, 24, "--seed 8 --load 20kg");
+    fs::rename(path.join("ride.csv"), path.join("loaded.csv")).expect("renamed");
+    ride(path, 24, "");
+    let fit = wobble(path, "fit ride.csv -o fit.json --starts 2 --bootstrap 2");
+    assert_eq!(fit.code, 0, "{}", fit.err);
+    let said = fit.err.split_whitespace().collect::<Vec<_>>().join(" ");
+    assert!(
+        said.contains("2 of 2 searches ended where the best did"),
+        "{said}"
+    );
+    assert!(
+        said.contains("2 fits of data made again (simulated rides"),
+        "{said}"
+    );
+    let call = "validate fit.json loaded.csv";
+    let plain = wobble(path, &format!("{call} --json"));
+    assert!(plain.err.contains("0 kg of load"), "{}", plain.err);
+    let loaded = wobble(
+        path,
+        &format!("{call} --load 20kg --json --report page.html"),
+    );
+    assert_eq!(loaded.code, 0, "{}", loaded.err);
+    assert_ne!(plain.out, loaded.out);
+    let page = |name: &str| fs::read_to_string(path.join(name)).expect("a page");
+    assert!(
+        page("page.html").contains("<h2>Validation") && page("page.html").contains("loaded.csv")
+    );
+    let compared = wobble(path, "compare ride.csv loaded.csv --html compared.html");
+    assert_eq!(compared.code, 0, "{}", compared.err);
+    assert!(page("compared.html").contains("wobble compare ride.csv loaded.csv --html"));
 }
 
 #[test]

@@ -163,6 +163,7 @@ fn traces_of_a_long_ride_stay_small() {
             .collect()
     };
     let trace = |channel: &str| Trace {
+        windows: Vec::new(),
         channel: channel.into(),
         unit: "rad".into(),
         time: (0..n).map(|i| i as f64 * 0.01).collect(),
@@ -196,6 +197,7 @@ fn what_is_empty_or_not_finite_is_still_a_figure() {
     odd.measured = vec![f64::NAN];
     odd.high = vec![f64::INFINITY];
     let flat = Trace {
+        windows: Vec::new(),
         channel: "steer".into(),
         unit: "rad".into(),
         time: vec![0.0],

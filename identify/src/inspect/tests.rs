@@ -209,3 +209,23 @@ fn a_line_is_read_as_pedalling_or_as_a_slalom() {
         "{line}"
     );
 }
+
+#[test]
+fn degrees_under_the_name_of_radians_and_a_speed_of_the_wrong_sign_are_found() {
+    let found = findings("steer", steer(|_, x| 30.0 * x));
+    assert_eq!(
+        found,
+        [
+            "steer: 2.121 rad rms, where a ridden bicycle stays below 0.7 rad: degrees under another \
+          name?"
+        ]
+    );
+    let found = findings("speed", vec![-2.2; 1000]);
+    assert_eq!(
+        found,
+        [
+            "speed: down to -2.200 m/s, backwards: is the sign of the column right?",
+            "speed: -2.2 m/s throughout"
+        ]
+    );
+}

@@ -145,3 +145,30 @@ pub(crate) fn plot(id: &str, panels: &[Panel], still: &str, caption: &str) -> St
 pub(crate) fn script() -> String {
     format!("<script>\n{}</script>\n", include_str!("plot.js"))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn even_values_are_three_numbers_and_what_is_not_finite_is_a_gap() {
+        let json = |x: Vec<f64>| {
+            let y = vec![f64::NAN, 1.0 / 3.0, 2.0, 1.234_567_8e-7];
+            serde_json::to_string(&Points {
+                name: String::new(),
+                colour: BLACK,
+                x,
+                y,
+            })
+            .expect("numbers")
+        };
+        let even = json((0..4).map(|k| 2.0 + 0.005 * f64::from(k)).collect());
+        assert!(even.contains(r#""x":{"from":2.0,"step":0.005"#), "{even}");
+        assert!(
+            even.ends_with(r#""y":[null,0.33333,2.0,1.2346e-7]}"#),
+            "{even}"
+        );
+        let uneven = json(vec![0.0, 1.0, 2.0, 4.0]);
+        assert!(uneven.contains(r#""x":[0.0,1.0,2.0,4.0]"#), "{uneven}");
+    }
+}

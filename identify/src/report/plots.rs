@@ -266,3 +266,47 @@ pub(super) fn responses(responses: &[Responded]) -> Vec<Panel> {
     };
     responses.iter().flat_map(panels).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Two windows of three samples, 10 s apart.
+    fn windows() -> Trace {
+        Trace {
+            channel: "steer".into(),
+            unit: "1".into(),
+            time: vec![1.0, 1.1, 1.2, 11.0, 11.1, 11.2],
+            windows: vec![0..3, 3..6],
+            measured: vec![1.0, 2.0, 3.0, 4.0, 5.0, 6.0],
+            model: vec![0.0; 6],
+        }
+    }
+
+    #[test]
+    fn windows_far_apart_stand_side_by_side_and_no_line_joins_them() {
+        let panels = traces(&[windows()], 100);
+        let Series::Line(Points { x, y, .. }) = &panels[0].series[0] else {
+            panic!("a line");
+        };
+        let gaps: Vec<bool> = y.iter().map(|v| v.is_nan()).collect();
+        assert_eq!(gaps, [false, false, false, true, false, false, false, true]);
+        assert!(x.is_sorted() && x[7] < 0.5, "{x:?}");
+        let names: Vec<&str> = panels[0].marks.iter().map(|m| m.name.as_str()).collect();
+        assert_eq!(names, ["1.0 s", "11.0 s"]);
+        assert_eq!(windows().residuals(), [[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]]);
+    }
+
+    #[test]
+    fn a_thinned_curve_keeps_its_extremes_in_their_order() {
+        let x: Vec<f64> = (0..1000).map(f64::from).collect();
+        let mut y = vec![0.0; 1000];
+        (y[400], y[407], y[999]) = (7.0, -5.0, 3.0);
+        let (xs, ys) = thinned(&x, &y, 100);
+        assert_eq!(xs.len(), ys.len());
+        assert!(ys.len() <= 100 && xs.is_sorted(), "{}", ys.len());
+        let seen: Vec<f64> = ys.into_iter().filter(|v| *v != 0.0).collect();
+        assert_eq!(seen, [7.0, -5.0, 3.0]);
+        assert_eq!(thinned(&x, &y, 1000), (x, y));
+    }
+}

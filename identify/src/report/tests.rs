@@ -106,9 +106,9 @@ fn a_report_of_steering_alone() {
         "Ride: resampled to 200 Hz.",
         "9f86d081",
         "wobble fit 'rides/monday &lt;1&gt;.csv' --bicycle nominal",
-        "--map 'lab map.toml' --times 2:26 --objective amplitude --channels steer --free \
+        "--map 'lab map.toml' --times 2:26 --resample --objective amplitude --channels steer --free \
          cornering_stiffness,camber_stiffness,viscous_friction,coulomb_friction,remnant_intensity",
-        "--line 1.11 --max-iterations 100 --seed 7 --resample",
+        "--line 1.11 --max-iterations 100 --seed 7</pre>",
     ] {
         assert!(page.contains(said), "{said}");
     }
@@ -135,6 +135,7 @@ fn a_report_of_three_channels() {
     ] {
         assert!(page.contains(said), "{said}");
     }
+    // spectrum and signals as still pictures
     assert_eq!(page.matches("<svg").count(), 2);
 }
 
@@ -152,10 +153,117 @@ fn a_report_of_a_replay() {
         "whole torque on the handlebar",
         "replayed in windows",
         "--objective time",
+        "<h2>Residuals",
+        "steer, autocorrelation",
     ] {
         assert!(page.contains(said), "{said}");
     }
     assert!(!page.contains("<h2>Spectrum") && !page.contains("--band"));
+}
+
+#[test]
+fn a_report_of_frequency_responses_has_no_noise_of_channels() {
+    let synthesis = Synthesis {
+        torque_recorded: true,
+        ..Synthesis::default()
+    };
+    let plan = Plan {
+        objective: Some(Objective::Frf),
+        free: Some(vec![Free::new("cornering_stiffness").unwrap()]),
+        ..Plan::default()
+    };
+    let (run, ride) = ridden(&synthesis, &plan);
+    let page = html(&run, std::slice::from_ref(&ride)).unwrap();
+    assert!(page.contains("<h2>Frequency response") && page.contains("[random errors]"));
+    assert!(!page.contains("Noise of steer"));
+}
+
+#[test]
+fn a_record_whose_parts_do_not_go_together_is_refused() {
+    let (run, _) = ridden(&Synthesis::default(), &Plan::default());
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("fit.json");
+    let read = |change: &dyn Fn(&mut Run)| {
+        let mut run = run.clone();
+        change(&mut run);
+        std::fs::write(&path, run.to_json()).unwrap();
+        Run::read(&path).map_err(|e| e.to_string())
+    };
+    assert_eq!(read(&|_| {}).unwrap(), run);
+    type Change = fn(&mut Run);
+    let cases: [(Change, &str); 4] = [
+        (
+            |run| run.fit.explained.clear(),
+            "explained: expected 1 entries, found 0",
+        ),
+        (
+            |run| drop(run.fit.parameters.pop()),
+            "parameters: expected 4 entries, found 3",
+        ),
+        (
+            |run| drop(run.fit.correlation[1].pop()),
+            "correlation: expected 4 entries, found 3",
+        ),
+        (|run| run.rides.clear(), "expected a ride, found none"),
+    ];
+    for (change, message) in cases {
+        let refused = read(&change).unwrap_err();
+        assert!(
+            refused.contains("fit.json: ") && refused.ends_with(message),
+            "{refused}"
+        );
+    }
+}
+
+/// The command of a report makes the fit again: all that was asked is in it.
+#[test]
+fn the_command_on_record_holds_all_that_was_asked() {
+    let (mut run, ride) = ridden(&Synthesis::default(), &Plan::default());
+    run.asked.effort = Effort {
+        starts: 20,
+        population: 300,
+        profiles: true,
+        bootstrap: 5000,
+        reduce: true,
+        seed: 7,
+        resume: Some("half".into()),
+    };
+    run.asked.windows = Some("pulses.csv".into());
+    let page = html(&run, std::slice::from_ref(&ride)).unwrap();
+    for said in [
+        "--windows pulses.csv",
+        "--seed 7 --starts 20 --population 300 --bootstrap 5000 --profile --reduce</pre>",
+        "Stopped before all that was asked was made: starts, profiles, bootstrap and reduction.",
+    ] {
+        assert!(page.contains(said), "{said}");
+    }
+    assert!(
+        summary(&run)
+            .replace('\n', " ")
+            .contains("starts, profiles, bootstrap and reduction.")
+    );
+    run.asked.study = Some("three riders.toml".into());
+    let page = html(&run, std::slice::from_ref(&ride)).unwrap();
+    assert!(page.contains("wobble fit --study 'three riders.toml' --windows"));
+    assert!(!page.contains("--bicycle"));
+}
+
+#[test]
+fn what_many_rides_have_of_their_own_is_named_once() {
+    let mut rows = vec![("cornering_stiffness", Determined)];
+    rows.extend([("effective_damping", NotDetermined); 18]);
+    let fit = judged(Objective::Whittle, &THREE, &rows);
+    let text = headline(&fit) + &advice(&fit).unwrap();
+    assert!(
+        text.contains("not determined: effective damping (18 of them)"),
+        "{text}"
+    );
+    assert!(
+        text.contains("do not determine effective_damping (18 of them)."),
+        "{text}"
+    );
+    let alone = judged(Objective::Whittle, &THREE, &[("effective_damping", Weak)]);
+    assert!(headline(&alone).starts_with("The one parameter is weakly determined; "));
 }
 
 fn estimate(name: &str, verdict: Verdict) -> Estimate {

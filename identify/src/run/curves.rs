@@ -240,8 +240,19 @@ fn responded(frf: &Frf, z: &DVector<f64>) -> Result<Vec<Responded>> {
     let channels = frf.channels.iter().zip(&frf.points).zip(model);
     let responded = channels.map(|((channel, points), model)| {
         let of = |value: fn(&Point) -> f64| points.iter().map(value).collect();
-        let turned = |(point, model): (&Point, &Complex<f64>)| {
-            (model.arg() + (point.response / model).arg()).to_degrees()
+        // from bin to bin the model turns by less than half a turn
+        let mut turn = 0.0;
+        let unwound: Vec<f64> = (model.iter().enumerate())
+            .map(|(k, z)| {
+                turn = match k {
+                    0 => z.arg(),
+                    _ => turn + (z / model[k - 1]).arg(),
+                };
+                turn
+            })
+            .collect();
+        let turned = |(k, point): (usize, &Point)| {
+            (unwound[k] + (point.response / model[k]).arg()).to_degrees()
         };
         let residuals: Vec<Complex<f64>> = (points.iter().zip(&model))
             .map(|(point, model)| (point.response / model).ln() / point.error)
@@ -252,10 +263,10 @@ fn responded(frf: &Frf, z: &DVector<f64>) -> Result<Vec<Responded>> {
             phase_residual: residuals.iter().map(|r| r.im).collect(),
             frequency: of(|p| p.frequency),
             magnitude: points.iter().map(|p| decibels(&p.response)).collect(),
-            phase: points.iter().zip(&model).map(turned).collect(),
+            phase: points.iter().enumerate().map(turned).collect(),
             coherence: of(|p| p.coherence),
             expected_magnitude: model.iter().map(decibels).collect(),
-            expected_phase: model.iter().map(|m| m.arg().to_degrees()).collect(),
+            expected_phase: unwound.iter().map(|phase| phase.to_degrees()).collect(),
         }
     });
     Ok(responded.collect())

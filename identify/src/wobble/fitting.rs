@@ -233,7 +233,13 @@ impl Fit {
         let one = |path: &PathBuf| {
             let mut ride = self.reading.read(path)?;
             if let Some((start, stop)) = times {
-                ride = ride.slice(start..stop)?;
+                let typed = |cause: Error| {
+                    cause.typed(format!(
+                        "--times {}",
+                        self.times.as_deref().unwrap_or_default()
+                    ))
+                };
+                ride = ride.slice(start..stop).map_err(typed)?;
             }
             ride.law_in_loop.get_or_insert(bicycle.law_in_loop);
             Ok(Asked {
