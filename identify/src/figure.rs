@@ -200,9 +200,9 @@ pub fn traces(traces: &[Trace]) -> String {
         let mut chart = axes(panel, x_label, x.clone(), &y_label, y)?;
         for (signal, colour) in [(measured, BLACK.mix(0.75)), (model, VERMILLION.mix(0.85))] {
             // no line from one window to the next
-            let whole = [0..signal.len()];
+            let whole = 0..signal.len();
             let windows = if trace.windows.is_empty() {
-                &whole[..]
+                std::slice::from_ref(&whole)
             } else {
                 &trace.windows
             };

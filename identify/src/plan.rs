@@ -190,6 +190,33 @@ pub fn names(rides: &[Ridden]) -> Vec<String> {
         .collect()
 }
 
+/// Refuses a ride that lacks a channel, or that no bicycle of the plan could ride.
+fn check_ridden(
+    Ridden {
+        ride,
+        parameters,
+        speed,
+        ..
+    }: &Ridden,
+    plan: &Plan,
+    objective: Objective,
+    channels: &[&'static str],
+) -> Result<()> {
+    channels
+        .iter()
+        .try_for_each(|c| ride.channel(c).map(drop))?;
+    // windows leave out where a ride stands; spectra cannot
+    if !objective.is_replayed() {
+        ride.check_moving()?;
+    }
+    if plan.model.foreign().is_some() {
+        return Ok(());
+    }
+    let bicycle = Bicycle::new(parameters, plan.formulation);
+    simulate::check(&bicycle, ride.mean_speed(*speed))?;
+    check_moved(channels, &bicycle)
+}
+
 /// Makes the choices a plan leaves open. With the torque recorded in every ride: `time`, all four
 /// parameters (without slip the two of friction).
 /// Without: `whittle` where roll and yaw rate are recorded, else `amplitude` of the steering; of
@@ -223,27 +250,9 @@ pub fn resolve(rides: &[Ridden], plan: &Plan) -> Result<Resolved> {
             });
         }
     }
-    for Ridden {
-        ride,
-        parameters,
-        speed,
-        ..
-    } in rides
-    {
-        channels
-            .iter()
-            .try_for_each(|c| ride.channel(c).map(drop))?;
-        // windows leave out where a ride stands; spectra cannot
-        if !objective.is_replayed() {
-            ride.check_moving()?;
-        }
-        if plan.model.foreign().is_some() {
-            continue;
-        }
-        let bicycle = Bicycle::new(parameters, plan.formulation);
-        simulate::check(&bicycle, ride.mean_speed(*speed))?;
-        check_moved(&channels, &bicycle)?;
-    }
+    rides
+        .iter()
+        .try_for_each(|ridden| check_ridden(ridden, plan, objective, &channels))?;
     let mut free = if let Some(free) = &plan.free {
         free.clone()
     } else {
