@@ -73,9 +73,8 @@ impl BicycleArguments {
 
     /// The bicycle that an FMU starts with, as `--set` changes it.
     pub fn of_fmu(&self, fmu: &Foreign) -> Result<Bicycle> {
-        let other = Some(&self.bicycle).filter(|name| *name != "nominal");
         let flags = [
-            ("--bicycle", other),
+            ("--bicycle", self.bicycle.as_ref()),
             ("--formulation", self.formulation.as_ref()),
             ("--load", self.load.as_ref()),
             ("--rider", self.rider.as_ref()),
