@@ -84,7 +84,6 @@ pub fn inspect(ride: &Ride) -> Inspection {
             mean,
             rms,
         } = summary;
-        findings.extend(improbable(channel, rms.hypot(mean), unit));
         if min == max {
             findings.push(Finding::Constant {
                 channel,
@@ -101,6 +100,9 @@ pub fn inspect(ride: &Ride) -> Inspection {
                     unit,
                     at,
                 });
+            } else {
+                // one sample can be as large as it likes
+                findings.extend(improbable(channel, rms.hypot(mean), unit));
             }
             let step = quantum(x, rms);
             if let Some(step) = step {

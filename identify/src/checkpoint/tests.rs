@@ -119,7 +119,8 @@ fn the_journal_of_another_run_kind_or_version_is_refused_and_left_alone() {
     };
     assert_eq!(
         refused("numbers", "60303ae22b998861"),
-        "FILE: expected the journal of run 60303ae22b998861, found 9f86d081884c7d65"
+        "FILE: expected what this very fit had finished, found that of a fit of other rides, options \
+         or seed; call it as it was called, or name another file behind --resume"
     );
     assert_eq!(
         refused("bootstrap", IDENTITY),
