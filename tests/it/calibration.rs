@@ -357,7 +357,11 @@ pub fn calibrate(fits: usize, which: &str) -> (String, Vec<String>) {
 }
 
 /// What falls outside, known and published; an estimator that changes changes this list.
-const PUBLISHED: [&str; 0] = [];
+const PUBLISHED: [&str; 3] = [
+    "whittle, three channels, 24 s: camber_stiffness: coverage",
+    "whittle, three channels, 6 × 24 s: cornering_stiffness: coverage",
+    "whittle, three channels, 6 × 24 s: camber_stiffness: coverage",
+];
 
 #[test]
 #[ignore = "slow: 200 fits of each setup, in release"]

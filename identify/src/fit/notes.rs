@@ -2,6 +2,8 @@
 
 use crate::closed_loop::{STEER_CHECKED, sign_gain};
 use crate::error::Result;
+use crate::free::Variable;
+use crate::objective::Objective;
 use crate::objective::spectral::{Source, Spectral};
 use crate::plan::Plan;
 use crate::problem::{Problem, Rides};
@@ -9,6 +11,10 @@ use nalgebra::DVector;
 
 /// Variation of the speed, rms over mean, above which a spectrum at the mean speed is remarked on.
 const STEADY: f64 = 0.03;
+
+/// What the calibration found of `whittle`.
+const NARROW: &str = "the standard error of camber_stiffness is too small: its 95 % interval held the \
+    truth in 86 of 100 synthetic rides, in 77 of 100 sextets of rides; a bootstrap's held it in 94 to 96";
 
 /// The notes on `problem` solved at `z`; what is said of one of several rides names it.
 pub(super) fn notes(problem: &Problem, z: &DVector<f64>, plan: &Plan) -> Result<Vec<String>> {
@@ -32,6 +38,10 @@ pub(super) fn notes(problem: &Problem, z: &DVector<f64>, plan: &Plan) -> Result<
                 plan.excitation.remnant_corner
             )];
             notes.extend(plan.model.note(spectra.members.len())?);
+            let camber = |v: &Variable| v.free.row.name == "camber_stiffness";
+            if problem.objective == Objective::Whittle && problem.variables.iter().any(camber) {
+                notes.push(NARROW.into());
+            }
             let own = spectra.each(z, |ride, z| of_ride(&ride.spectral, z));
             let several = own.len() > 1;
             for (own, name) in own.into_iter().zip(&problem.names) {
