@@ -73,7 +73,8 @@ const HELD_OUT: &str = "Rides that the model was not fitted to, under the estima
     nuisances, of which each ride has its own, were estimated on them.";
 const WHITE: &str = "correlation of the residual with itself and with the steer torque. Within the \
     bands lie 99 of 100 lags where there is none; beyond them the model misses something, at \
-    positive lags something that the torque does.";
+    positive lags something that the torque does. Noise of the torque sensor shows as well: it drives \
+    the replay.";
 const CRITERIA: &str = "Criteria of the rides of the fit: the least is preferred, differences count, \
     values do not. Beside them the error on the held-out rides.";
 

@@ -4,7 +4,8 @@
 //! Records come in windows that are replayed each from the start that fits best: products reach over
 //! no seam, and least squares has taken its part out of each, H e of noise e. What is left of white
 //! noise is therefore not white: its covariance is σ² (I − H), and a test that does not know this
-//! rejects true models, the more surely the more windows there are.
+//! rejects true models, the more surely the more windows there are. Noise of the torque sensor drives
+//! the replay and is motion in what is left: a rejection may be the sensor's.
 
 use crate::distribution::{chi_square_tail, normal_half_width, student_half_width};
 use nalgebra::{DMatrix, DVector, SymmetricEigen};

@@ -82,14 +82,14 @@ fn moments_are_those_of_the_whole_matrices() {
 }
 
 /// White noise is rejected at 1 % in about 1 %, however many windows there are and whatever was
-/// fitted to each. Of 1000 records 10 ± 3.1: 99.9 % lie in 2 to 21. The mean of χ² over its freedom
-/// is 1 ± √(2/50/1000) = .006, and up to .01 is what windows of finite length add.
+/// fitted to each. Of 200 records 2 ± 1.4: 99.9 % lie in 0 to 8. The mean of χ² over its freedom is
+/// 1 ± √(2/50/200) = .014, and up to .01 is what windows of finite length add.
 #[test]
 fn white_noise_is_white_as_often_as_it_is_said_to_be() {
     let kinds: [Cut; 2] = [windows, fitted];
     for (kind, cut) in kinds.into_iter().enumerate() {
-        for count in [8, 60] {
-            let records = 1000;
+        for count in [8, 40] {
+            let records = 200;
             let (mut rejected, mut mean, mut outside) = (0, 0.0, 0.0);
             for seed in 0..records {
                 let w = whiteness(&cut(&noise(seed, 100 * count), 100), STEP);
@@ -99,10 +99,10 @@ fn white_noise_is_white_as_often_as_it_is_said_to_be() {
                 outside += w.correlations.outside / records as f64;
             }
             let told = format!("{kind} {count}: {rejected}, {mean}, {outside}");
-            assert!((2..=21).contains(&rejected), "{told}");
-            assert!((mean - 1.0).abs() < 0.03, "{told}");
-            // 50 000 lags, nearly independent: .01 ± .0005, and tails of few windows are not normal
-            assert!((outside - 0.01).abs() < 0.002, "{told}");
+            assert!(rejected <= 8, "{told}");
+            assert!((mean - 1.0).abs() < 0.06, "{told}");
+            // 10 000 lags, nearly independent: .01 ± .001, and tails of few windows are not normal
+            assert!((outside - 0.01).abs() < 0.005, "{told}");
         }
     }
 }
