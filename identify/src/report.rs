@@ -304,6 +304,8 @@ fn assumptions(run: &Run) -> Result<Vec<String>> {
     for (i, channel) in fit.channels.iter().enumerate() {
         let origin = if run.asked.noise.is_some() {
             "given"
+        } else if fit.objective.is_replayed() {
+            "what a first search left of it"
         } else {
             "estimated above 10 Hz"
         };
